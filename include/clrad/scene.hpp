@@ -1,0 +1,89 @@
+/// The scene as the user gave it: polygons, materials, cameras, in double precision and SI units. Nothing here knows
+/// about the device.
+#pragma once
+#include <array>
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <string>
+#include <vector>
+
+namespace clrad {
+
+/// Where something stands in the input, for messages: `file:line`, or `file: node "x", primitive 2`.
+struct SourceLocation {
+  std::string file;
+  std::uint32_t line = 0;  ///< 1-based; 0 where the format has no lines
+  std::string item;        ///< "node \"Box\", primitive 0" where it has none
+
+  std::string text() const;
+};
+
+/// What a diffuse surface does with light, per band. Sizes: bands of the scene.
+struct Material {
+  std::string name;
+  std::vector<double> reflectance;       ///< rho, dimensionless, in [0, 1)
+  std::vector<double> emitted_exitance;  ///< E = pi x the file's radiance [W/m^2 or lm/m^2], >= 0
+  SourceLocation where;
+};
+
+/// A planar convex polygon of 3 or 4 corners, counter-clockwise seen from its front; it reflects and emits on that
+/// side only, and occludes from both.
+struct Polygon {
+  std::array<glm::dvec3, 4> corner{};  ///< [m]; the last is unused in a triangle
+  std::uint32_t corners = 0;           ///< 3 or 4
+  std::uint32_t material = 0;          ///< index into Scene::materials
+  std::string name;                    ///< object or group name of the file; may repeat
+  SourceLocation where;
+
+  double area_m2() const;
+  glm::dvec3 normal() const;  ///< unit length, by the right-hand rule
+};
+
+struct Camera {
+  std::string name;
+  glm::dvec3 eye{0, 0, 0};      ///< [m]
+  glm::dvec3 target{0, 0, -1};  ///< [m], what the middle of the picture shows
+  glm::dvec3 up{0, 1, 0};
+  double vertical_field_of_view_rad = 0.7;
+};
+
+/// Radiometric scenes count watts, photometric ones lumens; a scene is one of the two, never both.
+enum class Quantity { radiometric, photometric };
+
+/// One finding of the reader or of `check`: an error stops a solve, a repair was made by the printed rule, a warning
+/// is for the user to judge.
+struct Diagnostic {
+  enum class Severity { warning, repair, error };
+  Severity severity = Severity::warning;
+  std::string rule;  ///< short stable name, e.g. "degenerate-face"
+  SourceLocation where;
+  std::string message;
+};
+
+struct Scene {
+  std::string file;
+  Quantity quantity = Quantity::radiometric;
+  std::vector<std::string> bands;  ///< {"grey"}, {"red","green","blue"} (linear Rec.709) or N names
+  std::vector<Material> materials;
+  std::vector<Polygon> polygons;  ///< file order
+  std::vector<Camera> cameras;
+  std::vector<Diagnostic> diagnostics;  ///< repairs and warnings met while reading
+};
+
+struct LoadOptions {
+  double unit_m = 1.0;  ///< length of one unit of the file [m]
+};
+
+/// Reads an OBJ (with MTL), glTF or GLB file, by the ending of its name, validates it and repairs by printed rules
+/// (Scene::diagnostics). Throws InputError with file and line (or node and primitive) when it cannot be used.
+Scene load_scene(const std::string& path, const LoadOptions& options = {});
+
+/// All that `clrad check` reports about a file: nothing thrown for bad content, each finding listed, file order.
+/// Degenerate, non-planar and duplicate faces, open edges, orientation, reflectance and emission out of range.
+std::vector<Diagnostic> check_scene(const std::string& path, const LoadOptions& options = {});
+
+/// True when the polygons form watertight surfaces that all face inward or outward consistently: every edge is shared
+/// by exactly two polygons, in opposite directions. T-junctions make it false.
+bool is_watertight(const Scene& scene);
+
+}  // namespace clrad
