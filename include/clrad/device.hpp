@@ -30,7 +30,7 @@ struct DeviceInfo {
 };
 
 struct DeviceOptions {
-  std::string device;              ///< index or part of a name; empty: the first GPU, else the first device
+  std::string device{};            ///< index or part of a name; empty: the first GPU, else the first device
   unsigned cores = 0;              ///< compute units of a sub-device; 0: all
   Precision precision = Precision::float32;
   std::uint64_t memory_bytes = 0;  ///< most that buffers may take at a time; 0: half of the device's memory
