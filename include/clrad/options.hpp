@@ -1,0 +1,44 @@
+/// What can be asked of a solve.
+#pragma once
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "clrad/mesh.hpp"
+
+namespace clrad {
+
+enum class Estimator { disk, subdisk, exact };
+
+struct Sensor {
+  glm::dvec3 position_m{0, 0, 0};
+  glm::dvec3 normal{0, 0, 1};
+};
+
+/// Where a solve stands; given to SolveOptions::progress.
+struct Progress {
+  std::string stage;
+  std::uint64_t shoots = 0;
+  double unshot_relative = 1;  ///< unshot / emitted power
+  double seconds = 0;          ///< since the solve began
+  double seconds_left = -1;    ///< estimate; negative: not known yet
+};
+
+struct SolveOptions {
+  MeshOptions mesh;
+  std::string engine = "auto";  ///< auto, serial or chop
+  Estimator estimator = Estimator::exact;
+  std::uint32_t samples = 16;        ///< rays from a receiver to a shooter
+  std::uint32_t light_samples = 256; ///< a shooter gets more than `samples` until one sample carries less than 1/this of the emitted power
+  double converge = 1e-3;            ///< stop when unshot / emitted power is below
+  std::uint64_t seed = 1;
+  std::uint64_t batch_segments = 0;  ///< segments an engine handles at a time; 0: its own choice
+  std::vector<Sensor> sensors;
+  std::uint32_t sensor_samples = 64;  ///< rays from a sensor to a patch
+  bool strict = false;                ///< a violated invariant is an error, not a warning
+  /// Called after every shoot; returning false stops the solve with a valid partial result.
+  std::function<bool(const Progress&)> progress;
+};
+
+}  // namespace clrad

@@ -1,0 +1,105 @@
+/// What a solve gives back: irradiance at every vertex, radiosity of every patch, irradiance at sensors, and the report.
+#pragma once
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <string>
+#include <vector>
+
+#include "clrad/device.hpp"
+#include "clrad/mesh.hpp"
+#include "clrad/scene.hpp"
+
+namespace clrad {
+
+/// The frame kernels work in: frame = (metres - centre) x 2^-exponent; the scene's longest side is in [1, 2) there.
+struct FrameTransform {
+  glm::dvec3 centre_m{0, 0, 0};
+  int exponent = 0;
+};
+
+/// Irradiance at a point, with an estimate of its error.
+struct SensorResult {
+  glm::dvec3 position_m{0, 0, 0};
+  glm::dvec3 normal{0, 0, 1};
+  std::vector<double> irradiance;        ///< H per band [W/m^2 or lm/m^2]
+  std::vector<double> irradiance_error;  ///< one standard error of the visibility sampling [as irradiance]
+};
+
+struct Effect {
+  std::string name;
+  bool needed = true;
+  std::string reason;
+  double skip_error_relative = -1;  ///< of skipping it; 0 only when proven; negative: unknown (null in JSON)
+};
+
+struct Invariant {
+  std::string name;
+  double worst = 0, allowed = 0;
+  bool holds = true;
+};
+
+struct ErrorPart {
+  std::string name;
+  double relative = 0;
+  bool bound = false;  ///< a bound, else an estimate
+};
+
+/// Everything of the JSON report that is not in the scene or the mesh. Per-band vectors have one entry a band.
+struct Report {
+  std::vector<Effect> effects;
+  std::vector<StageProfile> stages;
+  std::uint64_t shoots = 0;    ///< patches traced and shot, re-shoots not counted
+  std::uint64_t reshoots = 0;  ///< shots from kept columns
+  std::uint64_t rays = 0, pieces = 0, candidates = 0, exact_tests = 0;
+  struct {
+    double import = 0, build = 0, solve = 0, render = 0, total = 0;
+  } seconds;
+  struct {
+    bool closed = false;
+    std::vector<double> emitted, absorbed, unshot, unaccounted;  ///< [W or lm]
+    double unaccounted_relative = 0;
+  } energy;
+  struct {
+    double total_relative = 0;
+    std::vector<ErrorPart> parts;
+  } error;
+  std::vector<Invariant> invariants;
+  std::vector<std::string> warnings;
+  std::uint64_t device_peak_bytes = 0, host_peak_bytes = 0;
+  DeviceInfo device;
+  std::vector<std::pair<std::string, std::string>> options;  ///< as used: name, value
+};
+
+struct Solution {
+  Scene scene;
+  FrameTransform frame;
+  Mesh mesh;
+  std::uint32_t bands = 1;
+  std::vector<double> vertex_irradiance;      ///< [band][vertex] [W/m^2]
+  std::vector<std::uint8_t> vertex_covered;   ///< 1: under or inside another surface
+  std::vector<double> patch_irradiance;       ///< [band][patch], area means, covered parts included
+  std::vector<SensorResult> sensors;          ///< file order
+  bool stopped = false;                       ///< ended before convergence, by the user or a budget
+  double unshot_relative = 0;                 ///< unshot / emitted power at the end
+  Report report;
+
+  std::uint32_t vertex_count() const { return mesh.vertex_count(); }
+  /// Radiosity B = E + rho H of vertex v, which lies on polygon p [W/m^2]. Not filled in for covered vertices.
+  double vertex_radiosity(std::uint32_t band, std::uint32_t vertex, std::uint32_t polygon) const {
+    const Material& m = scene.materials[scene.polygons[polygon].material];
+    return m.emitted_exitance[band] + m.reflectance[band] * vertex_irradiance[std::size_t(band) * vertex_count() + vertex];
+  }
+};
+
+/// Radiosity to draw, [band][vertex]: as vertex_radiosity, but a covered vertex takes the mean of the uncovered
+/// corners of its elements, so that no shadow bleeds out from under what stands there and no light leaks in.
+std::vector<double> display_radiosity(const Solution& solution);
+
+/// Area-weighted means of one polygon.
+struct PolygonMean {
+  double area_m2 = 0;
+  std::vector<double> radiosity, irradiance;  ///< per band [W/m^2]
+};
+std::vector<PolygonMean> polygon_means(const Solution& solution);
+
+}  // namespace clrad
