@@ -29,9 +29,10 @@ struct SolveOptions {
   MeshOptions mesh;
   std::string engine = "auto";  ///< auto, serial or chop
   Estimator estimator = Estimator::exact;
-  std::uint32_t samples = 16;        ///< rays from a receiver to a shooter
-  std::uint32_t light_samples = 256; ///< a shooter gets more than `samples` until one sample carries less than 1/this of the emitted power
-  double converge = 1e-3;            ///< stop when unshot / emitted power is below
+  std::uint32_t samples = 16;         ///< rays from a receiver to a shooter
+  std::uint32_t light_samples = 256;  ///< a shooter gets more than `samples` until one sample carries less
+                                      ///< than 1/this of the emitted power
+  double converge = 1e-3;             ///< stop when unshot / emitted power is below
   std::uint64_t seed = 1;
   std::uint64_t batch_segments = 0;  ///< segments an engine handles at a time; 0: its own choice
   std::vector<Sensor> sensors;
