@@ -8,7 +8,9 @@
 namespace clrad {
 namespace {
 
-bool is_double(const Device& device) { return device.options().precision == Precision::float64; }
+bool is_double(const Device& device) {
+  return device.options().precision == Precision::float64;
+}
 
 // Snapped coordinates of the exact predicate have 41 bits: 2^40 grid cells of 2^-38 either way.
 constexpr double farthest = 4.0;
@@ -34,8 +36,10 @@ void upload_as(Device& device, const cl::Buffer& buffer, std::span<const Point> 
   for (const auto& p : points) {
     const double worst = std::max({std::abs(p.position.x), std::abs(p.position.y), std::abs(p.position.z)});
     if (!(worst <= farthest))
-      throw UsageError(fmt::format("a point at ({:.6g}, {:.6g}, {:.6g}) of the scene's frame is farther out than {} times the scene's size",
-                                   p.position.x, p.position.y, p.position.z, farthest / 2));
+      throw UsageError(
+          fmt::format("a point at ({:.6g}, {:.6g}, {:.6g}) of the scene's frame is farther out than {} times "
+                      "the scene's size",
+                      p.position.x, p.position.y, p.position.z, farthest / 2));
     converted.push_back(to_device<DevicePoint>(p));
   }
   device.write(buffer, at * sizeof(DevicePoint), converted.size() * sizeof(DevicePoint), converted.data());
@@ -58,7 +62,9 @@ std::vector<Point> download_as(Device& device, const cl::Buffer& buffer, std::ui
 }  // namespace
 
 PointArray::PointArray(Device& device, std::uint64_t count, std::string_view what)
-    : RawArray(device, count * (is_double(device) ? sizeof(clrad_point_double) : sizeof(clrad_point_float)), what), count_(count) {}
+    : RawArray(device, count * (is_double(device) ? sizeof(clrad_point_double) : sizeof(clrad_point_float)),
+               what),
+      count_(count) {}
 
 PointArray::PointArray(Device& device, std::span<const Point> points, std::string_view what)
     : PointArray(device, points.size(), what) {
