@@ -93,6 +93,13 @@ static inline int clrad_test(clrad_segment s, clrad_triangle t, clrad_facet f, u
   return clrad_blocked(s, t);
 }
 
+/* Adds n to a 64-bit counter of two words, low first. Integer atomics: the total does not depend on the order. */
+static inline void clrad_count(volatile __global uint* counter, uint n) {
+  if (n == 0) return;
+  const uint before = atomic_add(counter, n);
+  if (before + n < before) atomic_inc(counter + 1);
+}
+
 /* Where a segment that the triangle blocks meets its plane, from 0 at a to 1 at b: S_a / (S_a - S_b). The one formula
  * of every engine, so that they agree to the bit. Clamped to [0, 1]; 0 when it is 0 / 0 (the segment lies in the
  * plane). */
