@@ -71,10 +71,9 @@ class VisibilityEngine {
   /// masks: words_per_origin() words per chosen origin, in the order chosen; bit k % 32 of word k / 32 is set
   /// when segment k is occluded. Unused bits are 0.
   virtual void occluded(const Segments& segments, Array<std::uint32_t>& masks) = 0;
-  /// Per segment, the triangle it meets first, going from origin to target (0xffffffff: none), and where: t
-  /// in [0, 1] of the segment. Of equal t the lower triangle index.
-  virtual void intersect_closest(const Segments& segments, Array<std::uint32_t>& triangle,
-                                 Array<float>& t) = 0;
+  /// Per segment, the triangle it meets first, going from origin to target (0xffffffff: none), and where: t in [0, 1]
+  /// of the segment; 1 where there is none. Of equal t the lower triangle index.
+  virtual void intersect_closest(const Segments& segments, Array<std::uint32_t>& triangle, Array<float>& t) = 0;
   virtual VisibilityCounts counts() const = 0;
 };
 
