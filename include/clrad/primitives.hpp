@@ -14,6 +14,9 @@ enum class Op { sum, min, max };
 /// Prefix sums of n values. in and out may be the same buffer. Returns the total. Throws UsageError when the total does
 /// not fit 32 bits.
 std::uint32_t scan_uint(Device& device, Sum kind, const cl::Buffer& in, const cl::Buffer& out, std::uint64_t n);
+/// The same with nothing read by the host: total gets the sum as a ulong (8 bytes), which the caller checks when it suits.
+void scan_uint_on_device(Device& device, Sum kind, const cl::Buffer& in, const cl::Buffer& out, std::uint64_t n,
+                         const cl::Buffer& total);
 /// Float sums in fixed blocks of 1024 combined in a fixed order.
 void scan_float(Device& device, Sum kind, const cl::Buffer& in, const cl::Buffer& out, std::uint64_t n);
 
@@ -45,11 +48,23 @@ struct Allocation {
   Array<std::uint32_t> rank;     ///< per slot, its number within its owner's slots
 };
 Allocation allocate(Device&, const cl::Buffer& counts, std::uint64_t n, std::string_view what = "allocation");
+/// The same into arrays that are kept from call to call and only ever grow (they may be longer than n + 1 and total).
+void allocate_into(Device&, const cl::Buffer& counts, std::uint64_t n, Allocation& allocation,
+                   std::string_view what = "allocation");
+/// Offsets and total only: owner and rank stay as they are.
+void allocate_offsets_into(Device&, const cl::Buffer& counts, std::uint64_t n, Allocation& allocation,
+                           std::string_view what = "allocation");
 
 /// The indices i with flags[i] != 0, ascending. Returns how many; `indices` needs room for n (at least 1) values.
 std::uint32_t compact(Device&, const cl::Buffer& flags, std::uint64_t n, const cl::Buffer& indices);
+/// The same with nothing read by the host: count gets how many as a ulong (8 bytes).
+void compact_on_device(Device&, const cl::Buffer& flags, std::uint64_t n, const cl::Buffer& indices,
+                       const cl::Buffer& count);
 
-/// Stable ascending sort of (key, value) pairs of uint32, in place.
+/// Stable ascending sort of (key, value) pairs of uint32, in place, by the low key_bits bits of the keys.
 void radix_sort(Device&, const cl::Buffer& keys, const cl::Buffer& values, std::uint64_t n, unsigned key_bits = 32);
+
+/// The calls above keep their scratch arrays with the device; this gives them back to its memory budget.
+void release_primitive_scratch(Device&);
 
 }  // namespace clrad
