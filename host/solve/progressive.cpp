@@ -12,7 +12,7 @@
 #include "scene/planes.hpp"
 #include "solve/covered.hpp"
 #include "solve/invariants.hpp"
-#include "solve/sensors.hpp"
+#include "solve/sensor.hpp"
 #include "solve/shoot.hpp"
 
 namespace clrad {
@@ -110,7 +110,7 @@ Solution solve(Device& device, const Scene& scene, const SolveOptions& options) 
   std::unique_ptr<VisibilityEngine> engine;
   {
     const auto stage = device.stage("build the grid of occluders");
-    engine = make_engine(engine_name, device, triangles, options.batch_segments);
+    engine = make_engine(engine_name, device, triangles);
   }
   const auto overlaid = overlaid_vertices(scene, solution.mesh);
   solution.vertex_covered = covered_vertices(device, scene, solution.mesh, triangles, *engine, overlaid);
