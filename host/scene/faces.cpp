@@ -39,7 +39,8 @@ double distance_to_line(const glm::dvec3& p, const glm::dvec3& a, const glm::dve
 bool on_one_line(Corners corners, const Loop& loop, double rounding) {
   Index a = loop[0], b = loop[0];
   double longest = 0;
-  // The corner furthest from the first, then the one furthest from that: within a factor of the diameter, and O(n).
+  // The corner furthest from the first, then the one furthest from that: within a factor of the diameter, and
+  // O(n).
   for (const int pass : {0, 1}) {
     (void)pass;
     a = b;
@@ -61,9 +62,12 @@ double turn_height(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c
   return glm::dot(glm::cross(b - a, (c - b) / length), normal);
 }
 
-FacePiece triangle(Index a, Index b, Index c) { return {{a, b, c, 0}, 3}; }
+FacePiece triangle(Index a, Index b, Index c) {
+  return {{a, b, c, 0}, 3};
+}
 
-// The two triangles on either side of the diagonal from corner `from` to `from + 2`. Diagonal 1-3 starts at 1.
+// The two triangles on either side of the diagonal from corner `from` to `from + 2`. Diagonal 1-3 starts
+// at 1.
 void cut_quad(const Loop& q, Index from, std::vector<FacePiece>& pieces) {
   const auto at = [&](Index k) { return q[(from + k) % 4]; };
   pieces.push_back(triangle(at(0), at(1), at(2)));
@@ -116,8 +120,9 @@ double smallest_sine(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3&
   return twice_area * std::min({ab, bc, ca}) / (ab * bc * ca);
 }
 
-// Ear clipping: an ear is a corner that turns left and whose triangle holds no other corner; of all ears the one with
-// the largest smallest angle goes first, ties to the lower index, never leaving a remainder without area.
+// Ear clipping: an ear is a corner that turns left and whose triangle holds no other corner; of all ears the
+// one with the largest smallest angle goes first, ties to the lower index, never leaving a remainder without
+// area.
 void clip_ears(Corners corners, Loop loop, double rounding, CutFace& cut) {
   const glm::dvec3 sum = area_vector(corners, loop);
   const double size = glm::length(sum);
@@ -129,7 +134,8 @@ void clip_ears(Corners corners, Loop loop, double rounding, CutFace& cut) {
     std::size_t best = n;
     double best_shape = 0;
     for (std::size_t i = 0; i < n; ++i) {
-      const glm::dvec3 &a = corners[loop[(i + n - 1) % n]], &b = corners[loop[i]], &c = corners[loop[(i + 1) % n]];
+      const glm::dvec3 &a = corners[loop[(i + n - 1) % n]], &b = corners[loop[i]],
+                       &c = corners[loop[(i + 1) % n]];
       if (turn_height(a, b, c, normal) <= rounding) continue;
       const double shape = smallest_sine(a, b, c);
       if (!(shape > best_shape)) continue;

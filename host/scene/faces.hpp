@@ -11,12 +11,12 @@ namespace clrad {
 /// What was found about a face. Lengths below `rounding`, four units in the last place of the face's largest
 /// coordinate, cannot be told from rounding in the file.
 enum class FaceRule {
-  as_it_is,           ///< a triangle, or a planar strictly convex quad
-  repeated_corner,    ///< a corner equal to the one before it: left out
-  degenerate,         ///< all corners within `rounding` of one line: dropped
-  non_planar,         ///< a quad whose diagonals pass each other by more than 1e-6 of the longer one: cut along the
-                      ///< diagonal 0-2, or 1-3 where corner 1 or 3 is reflex or straight
-  concave,            ///< a quad with a reflex corner: cut from that corner
+  as_it_is,         ///< a triangle, or a planar strictly convex quad
+  repeated_corner,  ///< a corner equal to the one before it: left out
+  degenerate,       ///< all corners within `rounding` of one line: dropped
+  non_planar,  ///< a quad whose diagonals pass each other by more than 1e-6 of the longer one: cut along the
+               ///< diagonal 0-2, or 1-3 where corner 1 or 3 is reflex or straight
+  concave,     ///< a quad with a reflex corner: cut from that corner
   straight_corner,    ///< a quad with a corner within `rounding` of the line of its neighbours: cut from it
   many_corners,       ///< more than four: triangles by ear clipping, best-shaped ear first
   self_intersecting,  ///< its sides cross: an error

@@ -13,10 +13,10 @@
 namespace clrad {
 namespace {
 
-constexpr double kTolerance = 0x1p-36;       // frame units
+constexpr double kTolerance = 0x1p-36;        // frame units
 constexpr double kRoundings = 4.0 * 0x1p-53;  // x largest |coordinate| of the file: delta
-// Cell sizes of normals (unit length) and offsets (frame units), finest first. A polygon is looked up in the finest
-// table whose cells exceed the doubt about its own plane; every plane is in all tables.
+// Cell sizes of normals (unit length) and offsets (frame units), finest first. A polygon is looked up in the
+// finest table whose cells exceed the doubt about its own plane; every plane is in all tables.
 constexpr std::array<double, 6> kCell = {0x1p-20, 0x1p-16, 0x1p-12, 0x1p-8, 0x1p-4, 4.0};
 
 // A plane and the polygon that fixed it, in frame coordinates.
@@ -63,8 +63,8 @@ Point4 hesse(const glm::dvec3& normal, const glm::dvec3& point) {
   return {normal.x, normal.y, normal.z, glm::dot(normal, point)};
 }
 
-// Calls visit(key) for each cell of size `cell` that the box `at` +- `reach` touches. Needs reach < cell / 2, so that
-// at most 2 cells an axis do.
+// Calls visit(key) for each cell of size `cell` that the box `at` +- `reach` touches. Needs reach < cell / 2,
+// so that at most 2 cells an axis do.
 template <class Visit>
 void for_cells_near(const Point4& at, double reach, double cell, Visit visit) {
   std::array<std::int64_t, 4> low{}, high{};
@@ -116,9 +116,9 @@ std::vector<std::uint32_t> plane_ids(const Scene& scene) {
       }
       return true;
     };
-    // Two planes that hold this polygon within the tolerance differ in normal by about (tolerance + rounding) / width
-    // and, in the frame's unit cube, in offset by sqrt(3) times that. A wider polygon's plane is extrapolated from
-    // within 2 sqrt(3) frame units, which the factor 8 covers.
+    // Two planes that hold this polygon within the tolerance differ in normal by about (tolerance + rounding)
+    // / width and, in the frame's unit cube, in offset by sqrt(3) times that. A wider polygon's plane is
+    // extrapolated from within 2 sqrt(3) frame units, which the factor 8 covers.
     const double doubt = 8.0 * (kTolerance + delta * (1.0 + 7.0 / facet.width)) / facet.width;
     std::size_t level = 0;
     while (level + 1 < kCell.size() && !(doubt < 0.25 * kCell[level])) ++level;

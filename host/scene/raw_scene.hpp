@@ -1,4 +1,5 @@
-/// What a reader hands to validation: faces as the file has them, materials in physical units, findings so far.
+/// What a reader hands to validation: faces as the file has them, materials in physical units, findings so
+/// far.
 #pragma once
 #include <clrad/scene.hpp>
 #include <cstdint>

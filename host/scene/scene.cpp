@@ -40,7 +40,9 @@ std::string SourceLocation::text() const {
   return item.empty() ? file : fmt::format("{}: {}", file, item);
 }
 
-double Polygon::area_m2() const { return 0.5 * glm::length(twice_area_vector(*this)); }
+double Polygon::area_m2() const {
+  return 0.5 * glm::length(twice_area_vector(*this));
+}
 
 glm::dvec3 Polygon::normal() const {
   // Scaled by the longest component first: squares of a nanometre's area would leave double's range.
@@ -63,7 +65,9 @@ std::vector<Diagnostic> check_scene(const std::string& path, const LoadOptions& 
     check_open_edges(scene, scene.diagnostics);
     return std::move(scene.diagnostics);
   } catch (const InputError& error) {
-    return {{Diagnostic::Severity::error, "unreadable", {path, 0, ""}, error.what()}};
+    std::string message = error.what();
+    if (message.starts_with(path + ": ")) message.erase(0, path.size() + 2);
+    return {{Diagnostic::Severity::error, "unreadable", {path, 0, ""}, message}};
   }
 }
 

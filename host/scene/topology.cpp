@@ -45,7 +45,8 @@ std::vector<Edge> edges_of(const Scene& scene) {
     std::array<Index, 4> vertex{};
     for (Index i = 0; i < polygon.corners; ++i) {
       const glm::dvec3 c = polygon.corner[i] + 0.0;  // -0 and 0 are one place
-      vertex[i] = vertices.emplace(std::array{c.x, c.y, c.z}, static_cast<Index>(vertices.size())).first->second;
+      vertex[i] =
+          vertices.emplace(std::array{c.x, c.y, c.z}, static_cast<Index>(vertices.size())).first->second;
     }
     for (Index i = 0; i < polygon.corners; ++i) {
       const Index a = vertex[i], b = vertex[(i + 1) % polygon.corners];
@@ -60,7 +61,9 @@ std::vector<Edge> edges_of(const Scene& scene) {
   return edges;
 }
 
-std::string text_of(const glm::dvec3& p) { return fmt::format("({}, {}, {})", p.x, p.y, p.z); }
+std::string text_of(const glm::dvec3& p) {
+  return fmt::format("({}, {}, {})", p.x, p.y, p.z);
+}
 
 struct Link {
   Index to;
@@ -87,13 +90,16 @@ void check_open_edges(const Scene& scene, std::vector<Diagnostic>& findings) {
     const Index i = edge.side[0].corner;
     if (count == 0) first = polygon.where;
     if (count++ >= kShown) continue;
-    list += fmt::format("{}\"{}\" at {} from {} to {}", list.empty() ? "" : "; ", polygon.name, polygon.where.text(),
-                        text_of(polygon.corner[i]), text_of(polygon.corner[(i + 1) % polygon.corners]));
+    list += fmt::format("{}\"{}\" at {} from {} to {}", list.empty() ? "" : "; ", polygon.name,
+                        polygon.where.text(), text_of(polygon.corner[i]),
+                        text_of(polygon.corner[(i + 1) % polygon.corners]));
   }
   if (count == 0) return;
-  findings.push_back({Diagnostic::Severity::warning, "open-edges", {scene.file, 0, ""},
-                      fmt::format("{} sides belong to one polygon alone, so light may leave there: {}{}", count, list,
-                                  count > kShown ? "; ..." : "")});
+  findings.push_back({Diagnostic::Severity::warning,
+                      "open-edges",
+                      {scene.file, 0, ""},
+                      fmt::format("{} sides belong to one polygon alone, so light may leave there: {}{}",
+                                  count, list, count > kShown ? "; ..." : "")});
 }
 
 void check_orientation(const Scene& scene, std::vector<Diagnostic>& findings) {
@@ -133,10 +139,11 @@ void check_orientation(const Scene& scene, std::vector<Diagnostic>& findings) {
     const std::int8_t minority = 2 * turned > surface.size() ? along : against;
     for (const Index p : surface) {
       if (facing[p] != minority) continue;
-      findings.push_back({Diagnostic::Severity::warning, "orientation", scene.polygons[p].where,
-                          fmt::format("\"{}\" faces against the {} polygons it is joined to; its front may be its "
-                                      "back: list its corners the other way round",
-                                      scene.polygons[p].name, surface.size() - 1)});
+      findings.push_back(
+          {Diagnostic::Severity::warning, "orientation", scene.polygons[p].where,
+           fmt::format("\"{}\" faces against the {} polygons it is joined to; its front may be its "
+                       "back: list its corners the other way round",
+                       scene.polygons[p].name, surface.size() - 1)});
     }
   }
 }

@@ -36,9 +36,10 @@ void check_materials(const Scene& scene, std::vector<Diagnostic>& findings) {
     for (std::size_t b = 0; b < material.emitted_exitance.size(); ++b) {
       const double exitance = material.emitted_exitance[b];
       if (exitance >= 0 && std::isfinite(exitance)) continue;
-      findings.push_back({Severity::error, "emission", material.where,
-                          fmt::format("material \"{}\" emits {} in {}; an emission is finite and not negative",
-                                      material.name, exitance, kBand[b])});
+      findings.push_back(
+          {Severity::error, "emission", material.where,
+           fmt::format("material \"{}\" emits {} in {}; an emission is finite and not negative",
+                       material.name, exitance, kBand[b])});
       break;
     }
   }
@@ -72,17 +73,21 @@ Report report_of(FaceRule rule, const RawFace& face, const CutFace& cut) {
     case FaceRule::degenerate:
       return {Severity::repair, "degenerate-face", "all corners lie on one line; the face is dropped"};
     case FaceRule::non_planar:
-      return {Severity::repair, "non-planar",
-              fmt::format("the quad is out of plane by {:.2g} of its longer diagonal (allowed {:.0e}); it is cut into "
-                          "two triangles",
-                          cut.non_planarity, kPlanarTolerance)};
+      return {
+          Severity::repair, "non-planar",
+          fmt::format(
+              "the quad is out of plane by {:.2g} of its longer diagonal (allowed {:.0e}); it is cut into "
+              "two triangles",
+              cut.non_planarity, kPlanarTolerance)};
     case FaceRule::concave:
       return {Severity::repair, "concave", "the quad has a reflex corner; it is cut into two triangles"};
     case FaceRule::straight_corner:
-      return {Severity::repair, "straight-corner", "the quad has a corner of 180 degrees; it is cut into two triangles"};
+      return {Severity::repair, "straight-corner",
+              "the quad has a corner of 180 degrees; it is cut into two triangles"};
     case FaceRule::many_corners:
       return {Severity::repair, "many-corners",
-              fmt::format("the face has {} corners; it is cut into {} triangles", face.corners, cut.pieces.size())};
+              fmt::format("the face has {} corners; it is cut into {} triangles", face.corners,
+                          cut.pieces.size())};
     case FaceRule::self_intersecting:
       return {Severity::error, "self-intersecting",
               "the sides of the face cross each other; list its corners in order around it"};
@@ -97,8 +102,8 @@ std::optional<std::string> bad_coordinate(std::span<const glm::dvec3> corners) {
   for (std::size_t i = 0; i < corners.size(); ++i) {
     for (int k = 0; k < 3; ++k) {
       if (std::abs(corners[i][k]) <= kLargestCoordinate_m) continue;
-      return fmt::format("coordinate {} of corner {} is {}; coordinates are finite and at most {:.0e} m", "xyz"[k],
-                         i + 1, corners[i][k], kLargestCoordinate_m);
+      return fmt::format("coordinate {} of corner {} is {}; coordinates are finite and at most {:.0e} m",
+                         "xyz"[k], i + 1, corners[i][k], kLargestCoordinate_m);
     }
   }
   return std::nullopt;
@@ -109,8 +114,9 @@ void add_face(const RawFace& face, std::span<const glm::dvec3> corners, Scene& s
     scene.diagnostics.push_back({severity, rule, face.where, std::move(message)});
   };
   if (corners.size() < 3) {
-    return report(Severity::error, "too-few-corners",
-                  fmt::format("a face needs three corners, this one has {}; complete or remove it", corners.size()));
+    return report(
+        Severity::error, "too-few-corners",
+        fmt::format("a face needs three corners, this one has {}; complete or remove it", corners.size()));
   }
   if (const auto bad = bad_coordinate(corners)) return report(Severity::error, "coordinate", *bad);
 
@@ -155,8 +161,8 @@ void check_duplicates(Scene& scene) {
     if (is_new) continue;
     const Polygon& first = scene.polygons[earlier->second];
     scene.diagnostics.push_back({Severity::warning, "duplicate-face", scene.polygons[p].where,
-                                 fmt::format("the same corners as \"{}\" at {}; the later one lies on top", first.name,
-                                             first.where.text())});
+                                 fmt::format("the same corners as \"{}\" at {}; the later one lies on top",
+                                             first.name, first.where.text())});
   }
 }
 
@@ -166,7 +172,9 @@ void check_emitters(Scene& scene) {
     return std::any_of(exitance.begin(), exitance.end(), [](double e) { return e > 0; });
   });
   if (any || scene.polygons.empty()) return;
-  scene.diagnostics.push_back({Severity::warning, "no-emitter", {scene.file, 0, ""},
+  scene.diagnostics.push_back({Severity::warning,
+                               "no-emitter",
+                               {scene.file, 0, ""},
                                "no polygon emits light: the scene is black; give a material an emission"});
 }
 
@@ -209,7 +217,9 @@ Scene validate(RawScene raw, double unit_m) {
   const bool failed = std::any_of(scene.diagnostics.begin(), scene.diagnostics.end(),
                                   [](const Diagnostic& d) { return d.severity == Severity::error; });
   if (scene.polygons.empty() && !failed) {
-    scene.diagnostics.push_back({Severity::error, "no-polygons", {scene.file, 0, ""},
+    scene.diagnostics.push_back({Severity::error,
+                                 "no-polygons",
+                                 {scene.file, 0, ""},
                                  "there is no polygon to light; the file needs at least one face"});
   }
   sort_findings(scene);

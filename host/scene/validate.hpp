@@ -1,4 +1,5 @@
-/// From what a file says to a scene that can be solved, by rules that each leave a finding. Both readers share it.
+/// From what a file says to a scene that can be solved, by rules that each leave a finding. Both readers
+/// share it.
 ///
 /// rule                  severity  when, and what is done
 /// unit                  error     (UsageError) the unit is not a finite positive length
@@ -26,9 +27,9 @@
 
 namespace clrad {
 
-/// Applies the rules above. All findings, those of the reader included, are in Scene::diagnostics, in file order;
-/// polygons with an error are left out. Materials come out with one band ("grey") when none of their values differs
-/// between the three, else with three.
+/// Applies the rules above. All findings, those of the reader included, are in Scene::diagnostics, in file
+/// order; polygons with an error are left out. Materials come out with one band ("grey") when none of their
+/// values differs between the three, else with three.
 Scene validate(RawScene raw, double unit_m);
 
 }  // namespace clrad
