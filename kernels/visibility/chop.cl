@@ -510,14 +510,14 @@ __kernel void chop_follow(uint n, __global const uint* offsets, __global uint* p
   if (i < n) positions[i] = offsets[positions[i]];
 }
 
-/* Takes the segmented min of a wave over into the ray: at[i] is the first slot of the nearest t; a later slot may hold
- * a lower triangle at the same t. */
-__kernel void chop_nearest(uint n, __global const uint* piece_ray, __global const uint* offsets,
-                           __global const float* least, __global const uint* at, __global const float* slot_t,
-                           __global const uint* slot_triangle, __global float* ray_t, __global uint* ray_triangle) {
+/* Takes the segmented min of a wave over into its rays (use_alive: alive[i], else i): at[i] is the first slot of the
+ * nearest t; a later slot may hold a lower triangle at the same t. */
+__kernel void chop_nearest(uint n, __global const uint* offsets, __global const float* least, __global const uint* at,
+                           __global const float* slot_t, __global const uint* slot_triangle, __global const uint* alive,
+                           uint use_alive, __global float* ray_t, __global uint* ray_triangle) {
   uint i = get_global_id(0);
   if (i >= n || at[i] == CLRAD_NONE) return;
-  uint r = piece_ray[i], which = ray_triangle[r];
+  uint r = use_alive ? alive[i] : i, which = ray_triangle[r];
   float t = least[i];
   if (t == INFINITY || t > ray_t[r]) return;
   if (t < ray_t[r]) which = CLRAD_NONE;
@@ -560,7 +560,8 @@ __kernel void chop_results(uint rays, ulong first, __global const float* ray_t, 
 
 /* ---- counts ------------------------------------------------------------------------------------------------------- */
 
-/* Work-item i of `items` adds to sums[i] the candidates of its share of the pieces. */
+/* sums: `items` counts of candidates, then as many of exact tests. Work-item i adds the candidates of its share of the
+ * pieces to sums[i]. */
 __kernel void chop_tally_candidates(uint items, uint pieces, __global const uint* piece_cell, __global const uint* counts,
                                     __global const float* frame, __global const uint* held, __global ulong* sums) {
   uint i = get_global_id(0);
@@ -582,5 +583,10 @@ __kernel void chop_tally_exact(uint items, uint n, __global const uint* list, __
   uint begin = (uint)((ulong)n * i / items), end = (uint)((ulong)n * (i + 1) / items);
   ulong sum = 0;
   for (uint p = begin; p < end; ++p) sum += popcount(doubt[list[p]]);
-  sums[i] += sum;
+  sums[items + i] += sum;
+}
+
+__kernel void chop_fold(uint n, __global const ulong* from, __global ulong* to) {
+  uint i = get_global_id(0);
+  if (i < n) to[i] += from[i];
 }
