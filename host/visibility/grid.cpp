@@ -91,7 +91,7 @@ void Grid::sort(Device& device, Lists l) {
   picked = {};
   l.voxel = {};
   l.slots = {};
-  radix_sort(device, keys.buffer(), values.buffer(), pairs, std::max(1, std::bit_width(count - 1)));
+  radix_sort(device, keys.buffer(), values.buffer(), pairs, std::max(1u, unsigned(std::bit_width(count - 1))));
 
   Array<std::uint32_t> first(device, count, "grid pair starts");
   scan_uint(device, Sum::exclusive, held.buffer(), first.buffer(), count);
