@@ -1,5 +1,6 @@
 /// What the primitives share: checks of their arguments, and scratch that a device keeps between calls.
 #pragma once
+#include <array>
 #include <cstdint>
 #include <string_view>
 
@@ -26,12 +27,18 @@ void grow(Device& device, Array<T>& array, std::uint64_t count, std::string_view
   array = Array<T>(device, room, what);
 }
 
+/// Block totals of one level of a segmented scan, bits of uint or float.
+struct SegmentLevel {
+  Array<std::uint32_t> totals, heads;
+};
+
 /// What a device keeps between calls (Device::kept). In-order queues make sharing safe.
 struct Scratch {
   Array<std::uint64_t> block_sums;
   Array<float> block_values;
   Array<std::uint32_t> block_indices;
   Array<std::uint32_t> sort_keys, sort_values, sort_counts;
+  std::array<SegmentLevel, 4> levels;  ///< blocks of 1024: 2^32 values have 2^22, 2^12, 4 totals
 };
 inline Array<std::uint64_t>& scan_scratch(Device& device) { return device.kept<Scratch>().block_sums; }
 
