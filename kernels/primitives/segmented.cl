@@ -27,8 +27,8 @@
 #define MAX_UINT(a, b) max(a, b)
 #define FIRST_UINT(a, b) (a)
 #define SUM_FLOAT(a, b) ((a) + (b))
-#define MIN_FLOAT(a, b) (((b) < (a)) | ((a) != (a)) ? (b) : (a))
-#define MAX_FLOAT(a, b) (((b) > (a)) | ((a) != (a)) ? (b) : (a))
+#define MIN_FLOAT(a, b) ((((b) < (a)) | ((a) != (a))) ? (b) : (a))
+#define MAX_FLOAT(a, b) ((((b) > (a)) | ((a) != (a))) ? (b) : (a))
 
 /* -1 where a head is. */
 inline int16 head_row(global const uint* heads, ulong i, ulong n, uint mode) {
@@ -45,7 +45,7 @@ inline void store_row_float(float16 x, global float* out, ulong i, ulong n) {
 inline void store_row_uint(uint16 x, global uint* out, ulong i, ulong n) { store_row(x, out, i, n); }
 
 #define STEP(T, COMBINE, UP, FROM)                    \
-  x = f | ~FROM ? x : COMBINE((T##16)UP(x), x);       \
+  x = (f | ~FROM) ? x : COMBINE((T##16)UP(x), x);       \
   f |= UP(f);
 
 /* Carries go as a pair (value, head seen); `any` says that rows came before. */
@@ -67,7 +67,7 @@ inline void store_row_uint(uint16 x, global uint* out, ulong i, ulong n) { store
       if ((mode & EXCLUSIVE) && r == 0) y.s0 = 0;                                                                     \
       return y;                                                                                                       \
     }                                                                                                                 \
-    const T##16 z = f | (int16)(seen ? -1 : 0) ? y : COMBINE((T##16)offset, y);                                       \
+    const T##16 z = (f | (int16)(seen ? -1 : 0)) ? y : COMBINE((T##16)offset, y);                                     \
     y = z;                                                                                                            \
     if ((mode & EXCLUSIVE) && r == 0) y.s0 = offset;                                                                  \
     return y;                                                                                                         \

@@ -26,16 +26,20 @@ float combine(Op op, float a, float b) {
 template <class T>
 std::vector<T> plain_oracle(Op op, const std::vector<T>& in, const Uints& heads) {
   std::vector<T> out(in.size());
-  for (std::size_t i = 0; i < in.size(); ++i) out[i] = i == 0 || heads[i] ? in[i] : combine(op, out[i - 1], in[i]);
+  for (std::size_t i = 0; i < in.size(); ++i)
+    out[i] = i == 0 || heads[i] ? in[i] : combine(op, out[i - 1], in[i]);
   return out;
 }
 
-/// Float sums in the documented order, from its definition: spans (value, head seen) combined row, block, level.
+/// Float sums in the documented order, from its definition: spans (value, head seen) combined row, block,
+/// level.
 struct Span {
   float value;
   bool head;
 };
-Span join(Span a, Span b) { return {b.head ? b.value : a.value + b.value, a.head || b.head}; }
+Span join(Span a, Span b) {
+  return {b.head ? b.value : a.value + b.value, a.head || b.head};
+}
 
 std::vector<Span> ordered_oracle(const std::vector<Span>& in) {
   std::vector<Span> out = in, totals;
@@ -44,7 +48,8 @@ std::vector<Span> ordered_oracle(const std::vector<Span>& in) {
     for (std::size_t row = block; row < block_end; row += 16) {
       const std::size_t row_end = std::min(in.size(), row + 16);
       for (std::size_t d = 1; d < 16; d *= 2)
-        for (std::size_t i = row_end; i-- > row + d;) out[i] = join(out[i - d], out[i]);  // downwards: old values below
+        for (std::size_t i = row_end; i-- > row + d;)
+          out[i] = join(out[i - d], out[i]);  // downwards: old values below
       if (row > block)
         for (std::size_t i = row; i < row_end; ++i) out[i] = join(out[row - 1], out[i]);
     }
@@ -124,7 +129,8 @@ Uints random_heads(std::uint64_t n, unsigned one_in, std::mt19937& random) {
 
 Uints random_uints(std::uint64_t n, std::mt19937& random) {
   Uints values(n);
-  for (auto& v : values) v = random() % 64 == 0 ? random() : random() % 1000;  // large ones: sums saturate now and then
+  for (auto& v : values)
+    v = random() % 64 == 0 ? random() : random() % 1000;  // large ones: sums saturate now and then
   return values;
 }
 
@@ -133,8 +139,12 @@ Floats random_floats(std::uint64_t n, std::mt19937& random, bool special) {
   for (auto& v : values) {
     v = float(int(random() % 20001) - 10000) * 1.1f;
     if (special && random() % 50 == 0) {
-      const float specials[] = {0.0f, -0.0f, std::numeric_limits<float>::infinity(), -std::numeric_limits<float>::infinity(),
-                                std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::denorm_min()};
+      const float specials[] = {0.0f,
+                                -0.0f,
+                                std::numeric_limits<float>::infinity(),
+                                -std::numeric_limits<float>::infinity(),
+                                std::numeric_limits<float>::quiet_NaN(),
+                                std::numeric_limits<float>::denorm_min()};
       v = specials[random() % 6];
     }
   }
@@ -144,7 +154,8 @@ Floats random_floats(std::uint64_t n, std::mt19937& random, bool special) {
 TEST(SegmentedScan, UintEverySizeShapeAndWorkGroup) {
   std::mt19937 random(seed());
   for (const Way& way : ways())
-    for (const std::uint64_t n : sizes()) expect_uint(way, random_uints(n, random), random_heads(n, n % 2 ? 7 : 1500, random));
+    for (const std::uint64_t n : sizes())
+      expect_uint(way, random_uints(n, random), random_heads(n, n % 2 ? 7 : 1500, random));
 }
 
 TEST(SegmentedScan, FloatEverySizeShapeAndWorkGroup) {
@@ -154,7 +165,8 @@ TEST(SegmentedScan, FloatEverySizeShapeAndWorkGroup) {
       expect_float(way, random_floats(n, random, n % 3 == 0), random_heads(n, n % 2 ? 7 : 1500, random));
 }
 
-// No head at all (element 0 counts as one), all heads, the last element only, and one at each limit of the structure.
+// No head at all (element 0 counts as one), all heads, the last element only, and one at each limit of the
+// structure.
 TEST(SegmentedScan, HeadsInSpecialPlaces) {
   std::mt19937 random(seed());
   for (const Way& way : ways())
@@ -162,7 +174,8 @@ TEST(SegmentedScan, HeadsInSpecialPlaces) {
       const Uints in = random_uints(n, random);
       const Floats floats = random_floats(n, random, false);
       std::vector<Uints> cases{Uints(n, 0), Uints(n, 1)};
-      for (const std::uint64_t at : {n - 1, std::uint64_t(15), std::uint64_t(16), std::uint64_t(1023), std::uint64_t(1024), std::uint64_t(65536)}) {
+      for (const std::uint64_t at : {n - 1, std::uint64_t(15), std::uint64_t(16), std::uint64_t(1023),
+                                     std::uint64_t(1024), std::uint64_t(65536)}) {
         if (at >= n) continue;
         cases.emplace_back(n, 0);
         cases.back()[at] = 0x80000000u;
@@ -190,7 +203,7 @@ TEST(SegmentedScan, EqualsTheOracleOnAnyInput) {
     if (in.empty()) return;
     const auto heads = *rc::gen::container<Uints>(in.size(), rc::gen::inRange(0u, 2u));
     const auto floats = *rc::gen::container<Floats>(in.size(), rc::gen::arbitrary<float>());
-    for (const Way& way : {ways()[0], ways()[3]}) {
+    for (const Way& way : {ways()[0], ways()[1]}) {
       expect_uint(way, in, heads);
       expect_float(way, floats, heads);
     }
@@ -198,15 +211,16 @@ TEST(SegmentedScan, EqualsTheOracleOnAnyInput) {
   });
 }
 
-/// out[i] of an exclusive scan in the documented order: what lies before the block, plus the inclusive sum up to i - 1
-/// within it.
+/// out[i] of an exclusive scan in the documented order: what lies before the block, plus the inclusive sum up
+/// to i - 1 within it.
 Floats exclusive_oracle(const Floats& in) {
   const std::size_t n = in.size();
   std::vector<Span> totals;
   Floats out(n);
   std::vector<Floats> within;
   for (std::size_t block = 0; block < n; block += 1024) {
-    const Floats part(in.begin() + std::ptrdiff_t(block), in.begin() + std::ptrdiff_t(std::min(n, block + 1024)));
+    const Floats part(in.begin() + std::ptrdiff_t(block),
+                      in.begin() + std::ptrdiff_t(std::min(n, block + 1024)));
     within.push_back(sum_oracle(part, Uints(part.size(), 0)));
     totals.push_back({within.back().back(), false});
   }
