@@ -3,10 +3,12 @@
 #pragma once
 #include <CL/opencl.hpp>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <span>
 #include <string>
 #include <string_view>
+#include <typeindex>
 #include <vector>
 
 #include "clrad/error.hpp"
@@ -155,9 +157,23 @@ class Device {
   void fill_bytes(const cl::Buffer& buffer, std::uint32_t pattern, std::uint64_t bytes,
                   std::uint64_t offset = 0);
 
+  /// The T that this device keeps for as long as it lives, made at the first call: scratch that outlives one call.
+  template <class T>
+  T& kept() {
+    auto& slot = kept_[typeid(T)];
+    if (!slot) slot = std::make_shared<T>();
+    return *static_cast<T*>(slot.get());
+  }
+  /// Gives the kept T back.
+  template <class T>
+  void drop_kept() {
+    kept_.erase(typeid(T));
+  }
+
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
+  std::map<std::type_index, std::shared_ptr<void>> kept_;  // after impl_: goes first
 
   cl::Kernel& kernel(const char* file, const char* name);
   void enqueue(cl::Kernel& kernel, const char* name, std::uint64_t items, unsigned local);

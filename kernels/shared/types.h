@@ -39,6 +39,16 @@ typedef struct clrad_triangle {
   clrad_uint plane, polygon;
 } clrad_triangle;
 
+/* What the fast test (shared/triangle.cl) needs of an occluder besides its corners; edge i goes from corner i to corner
+ * i + 1. Every component is the exact value rounded once to float: relative error at most 2^-24 each. */
+typedef struct clrad_facet {
+  float e0x, e0y, e0z, e1x, e1y, e1z, e2x, e2y, e2z;
+  float nx, ny, nz;  /* edge 0 x edge 1, not normalised: points to the front */
+  float edge_size;   /* an upper bound of the 1-norm of each edge */
+  float normal_size; /* the largest |component| of the normal */
+  clrad_uint spare_0, spare_1;
+} clrad_facet;
+
 #define CLRAD_NONE 0xffffffffu
 
 #endif

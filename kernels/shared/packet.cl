@@ -1,0 +1,57 @@
+/* Packets: CLRAD_WIDTH lanes in one explicit vector, or a plain scalar when the width is 1. Masks are -1 or 0 a lane. */
+#ifndef CLRAD_PACKET_CL
+#define CLRAD_PACKET_CL
+
+#if CLRAD_WIDTH == 1
+typedef float clrad_floats;
+typedef int clrad_ints;
+#define CLRAD_IS(condition) (-(condition)) /* a scalar comparison gives 1, a vector one -1 */
+#define CLRAD_LOAD(p) (*(p))
+#define CLRAD_STORE(v, p) (*(p) = (v))
+#define CLRAD_LANE_BITS(first) (1 << (first))
+#else
+#define CLRAD_PASTE_2(a, b) a##b
+#define CLRAD_PASTE(a, b) CLRAD_PASTE_2(a, b)
+typedef CLRAD_PASTE(float, CLRAD_WIDTH) clrad_floats;
+typedef CLRAD_PASTE(int, CLRAD_WIDTH) clrad_ints;
+#define CLRAD_IS(condition) (condition)
+#define CLRAD_LOAD(p) CLRAD_PASTE(vload, CLRAD_WIDTH)(0, p)
+#define CLRAD_STORE(v, p) CLRAD_PASTE(vstore, CLRAD_WIDTH)(v, 0, p)
+#if CLRAD_WIDTH == 4
+#define CLRAD_LANE_BITS(first) ((clrad_ints)(1, 2, 4, 8) << (first))
+#elif CLRAD_WIDTH == 8
+#define CLRAD_LANE_BITS(first) ((clrad_ints)(1, 2, 4, 8, 16, 32, 64, 128) << (first))
+#else
+#define CLRAD_LANE_BITS(first)                                                                                     \
+  ((clrad_ints)(1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 2048, 4096, 8192, 16384, 32768) << (first))
+#endif
+#endif
+
+/* The bits set in any lane. any() would become a test and a branch for every pair of lanes on some devices. */
+static inline int clrad_bits_of_any(clrad_ints m) {
+#if CLRAD_WIDTH == 1
+  return m;
+#else
+#if defined(__has_builtin)
+#if __has_builtin(__builtin_reduce_or)
+#define CLRAD_REDUCE_OR 1
+#endif
+#endif
+#ifdef CLRAD_REDUCE_OR
+  return __builtin_reduce_or(m);
+#else
+#if CLRAD_WIDTH == 16
+  int8 m8 = m.lo | m.hi;
+  int4 m4 = m8.lo | m8.hi;
+#elif CLRAD_WIDTH == 8
+  int4 m4 = m.lo | m.hi;
+#else
+  int4 m4 = m;
+#endif
+  int2 m2 = m4.lo | m4.hi;
+  return m2.x | m2.y;
+#endif
+#endif
+}
+
+#endif

@@ -1,0 +1,341 @@
+/* Object-serial / ray-parallel visibility (Drucker & Schroeder, section 1.3.1): every work-item holds CLRAD_WIDTH rays
+ * in vectors and goes over all triangles, which are read as scalars. No structure, no candidates, no early out but for
+ * rays that are blocked already: the baseline that the other engines are measured against, at the speed the device's
+ * arithmetic allows.
+ *
+ * Tests are those of shared/triangle.cl, in vectors; pairs that the floats cannot tell go to shared/predicate.cl, one
+ * lane at a time. `exact` (two words) counts them.
+ */
+#include "shared/packet.cl"
+#include "shared/triangle.cl"
+
+#define CHUNK 16 /* samples kept at a time; a power of two, at least the widest packet, at most 32 */
+
+/* Occlusion bits of CLRAD_WIDTH origins against 32 samples; work-item = (tile of origins, word of samples).
+ * Lanes are origins. What depends on (origin, triangle) alone is computed once for CHUNK samples, and a sample's side
+ * of the triangle's plane once for all lanes: the rest is three dot products a ray.
+ * pre: samples > 0, words = ceil(samples / 32). post: masks[origin * words + word], unused bits 0. */
+__kernel void serial_occluded(__global const CLRAD_POINT_T* origins, __global const uint* active, uint use_active,
+                              uint origin_count, __global const CLRAD_POINT_T* targets, uint samples, uint words,
+                              __global const clrad_triangle* triangles, __global const clrad_facet* facets,
+                              uint triangle_count, __global uint* masks, volatile __global uint* exact) {
+  uint item = get_global_id(0);
+  uint tile = item / words, word = item % words;
+  if (tile >= (origin_count + CLRAD_WIDTH - 1) / CLRAD_WIDTH) return;
+
+  float a[6][CLRAD_WIDTH];
+  int a_plane_lanes[CLRAD_WIDTH], valid_lanes[CLRAD_WIDTH];
+  for (int lane = 0; lane < CLRAD_WIDTH; ++lane) {
+    uint chosen = tile * CLRAD_WIDTH + lane;
+    valid_lanes[lane] = chosen < origin_count ? -1 : 0;
+    chosen = chosen < origin_count ? chosen : origin_count - 1;
+    __global const CLRAD_POINT_T* p = origins + (use_active ? active[chosen] : chosen);
+    clrad_segment s = clrad_make_segment(p, p);
+    a[0][lane] = s.ax;
+    a[1][lane] = s.ay;
+    a[2][lane] = s.az;
+    a[3][lane] = s.ax_lo;
+    a[4][lane] = s.ay_lo;
+    a[5][lane] = s.az_lo;
+    a_plane_lanes[lane] = (int)s.a_plane;
+  }
+  const clrad_floats ax = CLRAD_LOAD(a[0]), ay = CLRAD_LOAD(a[1]), az = CLRAD_LOAD(a[2]);
+  const clrad_floats ax_lo = CLRAD_LOAD(a[3]), ay_lo = CLRAD_LOAD(a[4]), az_lo = CLRAD_LOAD(a[5]);
+  const clrad_ints a_plane = CLRAD_LOAD(a_plane_lanes), valid = CLRAD_LOAD(valid_lanes);
+
+  const uint first = word * 32, in_word = min(samples - first, 32u);
+  uint undecided_count = 0;
+  clrad_ints result = 0;
+  for (uint begin = 0; begin < in_word; begin += CHUNK) {
+    const uint in_chunk = min(in_word - begin, (uint)CHUNK);
+    float b[6][CHUNK];
+    uint b_plane[CHUNK];
+    clrad_floats dx[CHUNK], dy[CHUNK], dz[CHUNK], size[CHUNK];
+    int one_plane = 1;
+    for (uint k = 0; k < CHUNK; ++k) {
+      __global const CLRAD_POINT_T* p = targets + first + begin + min(k, in_chunk - 1);
+      clrad_segment s = clrad_make_segment(p, p);
+      b[0][k] = s.ax;
+      b[1][k] = s.ay;
+      b[2][k] = s.az;
+      b[3][k] = s.ax_lo;
+      b[4][k] = s.ay_lo;
+      b[5][k] = s.az_lo;
+      b_plane[k] = s.a_plane;
+      one_plane &= s.a_plane == b_plane[0];
+      dx[k] = CLRAD_DIFFERENCE(s.ax, s.ax_lo, ax, ax_lo);
+      dy[k] = CLRAD_DIFFERENCE(s.ay, s.ay_lo, ay, ay_lo);
+      dz[k] = CLRAD_DIFFERENCE(s.az, s.az_lo, az, az_lo);
+      const clrad_floats mx = fabs(dx[k]), my = fabs(dy[k]), mz = fabs(dz[k]), mxy = CLRAD_MAX(mx, my);
+      size[k] = CLRAD_MAX(mxy, mz);
+    }
+
+    clrad_ints todo = valid & (int)((1u << in_chunk) - 1); /* bit k: sample k is not known to be blocked */
+    const clrad_ints asked = todo;
+    for (uint i = 0; i < triangle_count; ++i) {
+      __global const clrad_triangle* t = triangles + i;
+      __global const clrad_facet* f = facets + i;
+
+      /* Sides of the plane: the samples' as two uniform bit masks, the origins' as lane masks. */
+      clrad_ints side_bits = 0;
+      for (int k = 0; k < CHUNK; k += CLRAD_WIDTH) {
+        const clrad_floats rx = CLRAD_DIFFERENCE(CLRAD_LOAD(b[0] + k), CLRAD_LOAD(b[3] + k), t->x0, t->x0_lo);
+        const clrad_floats ry = CLRAD_DIFFERENCE(CLRAD_LOAD(b[1] + k), CLRAD_LOAD(b[4] + k), t->y0, t->y0_lo);
+        const clrad_floats rz = CLRAD_DIFFERENCE(CLRAD_LOAD(b[2] + k), CLRAD_LOAD(b[5] + k), t->z0, t->z0_lo);
+        const clrad_floats norm = CLRAD_NORM_1(rx, ry, rz), error = CLRAD_SIDE_BOUND(norm, f->normal_size);
+        const clrad_floats side = CLRAD_DOT(f->nx, f->ny, f->nz, rx, ry, rz);
+        const clrad_ints bit = CLRAD_LANE_BITS(k);
+        side_bits |= (CLRAD_IS(side > error) & bit) | (CLRAD_IS(side < -error) & (bit << CHUNK));
+      }
+      const int sides = clrad_bits_of_any(side_bits);
+      const int front_b = sides & ((1 << CHUNK) - 1), back_b = (int)((uint)sides >> CHUNK);
+      const uint plane = t->plane;
+      int ignored_b = plane != CLRAD_NONE && one_plane && plane == b_plane[0] ? -1 : 0;
+      if (plane != CLRAD_NONE && !one_plane)
+        for (int k = 0; k < CHUNK; ++k) ignored_b |= plane == b_plane[k] ? 1 << k : 0;
+
+      const clrad_floats px = CLRAD_DIFFERENCE(t->x0, t->x0_lo, ax, ax_lo);
+      const clrad_floats py = CLRAD_DIFFERENCE(t->y0, t->y0_lo, ay, ay_lo);
+      const clrad_floats pz = CLRAD_DIFFERENCE(t->z0, t->z0_lo, az, az_lo);
+      const clrad_floats norm_a = CLRAD_NORM_1(px, py, pz), error_a = CLRAD_SIDE_BOUND(norm_a, f->normal_size);
+      const clrad_floats side_a = -CLRAD_DOT(f->nx, f->ny, f->nz, px, py, pz);
+      const clrad_ints front_a = CLRAD_IS(side_a > error_a), back_a = CLRAD_IS(side_a < -error_a);
+      const clrad_ints ignored_a = CLRAD_IS(a_plane == (int)plane) & (plane != CLRAD_NONE ? -1 : 0);
+      const clrad_ints open = todo & ~(ignored_a | ignored_b | (front_a & front_b) | (back_a & back_b));
+      const int needed = clrad_bits_of_any(open);
+      if (needed == 0) continue;
+      const clrad_ints crossed = (front_a & back_b) | (back_a & front_b);
+
+      const clrad_floats qx = CLRAD_DIFFERENCE(t->x1, t->x1_lo, ax, ax_lo);
+      const clrad_floats qy = CLRAD_DIFFERENCE(t->y1, t->y1_lo, ay, ay_lo);
+      const clrad_floats qz = CLRAD_DIFFERENCE(t->z1, t->z1_lo, az, az_lo);
+      const clrad_floats c0x = CLRAD_CROSS(f->e0y, f->e0z, py, pz), c0y = CLRAD_CROSS(f->e0z, f->e0x, pz, px),
+                         c0z = CLRAD_CROSS(f->e0x, f->e0y, px, py);
+      const clrad_floats c1x = CLRAD_CROSS(f->e1y, f->e1z, qy, qz), c1y = CLRAD_CROSS(f->e1z, f->e1x, qz, qx),
+                         c1z = CLRAD_CROSS(f->e1x, f->e1y, qx, qy);
+      const clrad_floats c2x = CLRAD_CROSS(f->e2y, f->e2z, py, pz), c2y = CLRAD_CROSS(f->e2z, f->e2x, pz, px),
+                         c2z = CLRAD_CROSS(f->e2x, f->e2y, px, py);
+      const clrad_floats scale = CLRAD_VOLUME_SCALE(norm_a, f->edge_size);
+
+      for (uint k = 0; k < in_chunk; ++k) {
+        const int bit = 1 << k;
+        if ((needed & bit) == 0) continue;
+        const clrad_floats x = dx[k], y = dy[k], z = dz[k];
+        const clrad_floats u0 = CLRAD_DOT(x, y, z, c0x, c0y, c0z), u1 = CLRAD_DOT(x, y, z, c1x, c1y, c1z),
+                           u2 = CLRAD_DOT(x, y, z, c2x, c2y, c2z);
+        const clrad_floats low = CLRAD_MIN(u0, u1), high = CLRAD_MAX(u0, u1);
+        const clrad_floats least = CLRAD_MIN(low, u2), most = CLRAD_MAX(high, u2), error = size[k] * scale;
+        const clrad_ints outside = CLRAD_IS(least < -error) & CLRAD_IS(most > error);
+        const clrad_ints near = open & bit & ~outside;
+        if (clrad_bits_of_any(near) == 0) continue;
+
+        const clrad_ints inside = CLRAD_IS(least > error) | CLRAD_IS(most < -error);
+        clrad_ints blocked = near & inside & crossed;
+        const clrad_ints undecided = near & ~blocked;
+        if (clrad_bits_of_any(undecided) != 0) {
+          int undecided_lanes[CLRAD_WIDTH], blocked_lanes[CLRAD_WIDTH];
+          CLRAD_STORE(undecided, undecided_lanes);
+          for (int lane = 0; lane < CLRAD_WIDTH; ++lane) {
+            blocked_lanes[lane] = 0;
+            if (!undecided_lanes[lane]) continue;
+            const clrad_segment s = {a[0][lane], a[1][lane], a[2][lane], a[3][lane], a[4][lane],
+                                     a[5][lane], b[0][k],    b[1][k],    b[2][k],    b[3][k],
+                                     b[4][k],    b[5][k],    (uint)a_plane_lanes[lane], b_plane[k]};
+            blocked_lanes[lane] = clrad_blocked(s, *t) ? bit : 0;
+            ++undecided_count;
+          }
+          blocked |= CLRAD_LOAD(blocked_lanes);
+        }
+        todo &= ~blocked;
+      }
+      if (clrad_bits_of_any(todo) == 0) break;
+    }
+    result |= (asked & ~todo) << (int)begin;
+  }
+
+  int words_of_lanes[CLRAD_WIDTH];
+  CLRAD_STORE(result, words_of_lanes);
+  for (uint lane = 0; lane < CLRAD_WIDTH && tile * CLRAD_WIDTH + lane < origin_count; ++lane)
+    masks[(ulong)(tile * CLRAD_WIDTH + lane) * words + word] = (uint)words_of_lanes[lane];
+  clrad_count(exact, undecided_count);
+}
+
+/* CLRAD_WIDTH segments of any form, and what the fast test needs of them. */
+typedef struct packet {
+  clrad_floats ax, ay, az, ax_lo, ay_lo, az_lo, bx, by, bz, bx_lo, by_lo, bz_lo;
+  clrad_floats dx, dy, dz, size;
+  clrad_ints a_plane, b_plane;
+} packet;
+
+static inline void load_packet(const clrad_segment* s, packet* p) {
+  float v[12][CLRAD_WIDTH];
+  int planes[2][CLRAD_WIDTH];
+  for (int lane = 0; lane < CLRAD_WIDTH; ++lane) {
+    v[0][lane] = s[lane].ax;
+    v[1][lane] = s[lane].ay;
+    v[2][lane] = s[lane].az;
+    v[3][lane] = s[lane].ax_lo;
+    v[4][lane] = s[lane].ay_lo;
+    v[5][lane] = s[lane].az_lo;
+    v[6][lane] = s[lane].bx;
+    v[7][lane] = s[lane].by;
+    v[8][lane] = s[lane].bz;
+    v[9][lane] = s[lane].bx_lo;
+    v[10][lane] = s[lane].by_lo;
+    v[11][lane] = s[lane].bz_lo;
+    planes[0][lane] = (int)s[lane].a_plane;
+    planes[1][lane] = (int)s[lane].b_plane;
+  }
+  p->ax = CLRAD_LOAD(v[0]);
+  p->ay = CLRAD_LOAD(v[1]);
+  p->az = CLRAD_LOAD(v[2]);
+  p->ax_lo = CLRAD_LOAD(v[3]);
+  p->ay_lo = CLRAD_LOAD(v[4]);
+  p->az_lo = CLRAD_LOAD(v[5]);
+  p->bx = CLRAD_LOAD(v[6]);
+  p->by = CLRAD_LOAD(v[7]);
+  p->bz = CLRAD_LOAD(v[8]);
+  p->bx_lo = CLRAD_LOAD(v[9]);
+  p->by_lo = CLRAD_LOAD(v[10]);
+  p->bz_lo = CLRAD_LOAD(v[11]);
+  p->a_plane = CLRAD_LOAD(planes[0]);
+  p->b_plane = CLRAD_LOAD(planes[1]);
+  p->dx = CLRAD_DIFFERENCE(p->bx, p->bx_lo, p->ax, p->ax_lo);
+  p->dy = CLRAD_DIFFERENCE(p->by, p->by_lo, p->ay, p->ay_lo);
+  p->dz = CLRAD_DIFFERENCE(p->bz, p->bz_lo, p->az, p->az_lo);
+  const clrad_floats mx = fabs(p->dx), my = fabs(p->dy), mz = fabs(p->dz), mxy = CLRAD_MAX(mx, my);
+  p->size = CLRAD_MAX(mxy, mz);
+}
+
+/* clrad_fast_test for a packet: lanes that are surely hit, and lanes that the floats cannot tell. */
+static inline void test_packet(const packet* s, __global const clrad_triangle* t, __global const clrad_facet* f,
+                               clrad_ints* hit, clrad_ints* undecided) {
+  const clrad_floats px = CLRAD_DIFFERENCE(t->x0, t->x0_lo, s->ax, s->ax_lo);
+  const clrad_floats py = CLRAD_DIFFERENCE(t->y0, t->y0_lo, s->ay, s->ay_lo);
+  const clrad_floats pz = CLRAD_DIFFERENCE(t->z0, t->z0_lo, s->az, s->az_lo);
+  const clrad_floats qx = CLRAD_DIFFERENCE(t->x1, t->x1_lo, s->ax, s->ax_lo);
+  const clrad_floats qy = CLRAD_DIFFERENCE(t->y1, t->y1_lo, s->ay, s->ay_lo);
+  const clrad_floats qz = CLRAD_DIFFERENCE(t->z1, t->z1_lo, s->az, s->az_lo);
+  const clrad_floats rx = CLRAD_DIFFERENCE(s->bx, s->bx_lo, t->x0, t->x0_lo);
+  const clrad_floats ry = CLRAD_DIFFERENCE(s->by, s->by_lo, t->y0, t->y0_lo);
+  const clrad_floats rz = CLRAD_DIFFERENCE(s->bz, s->bz_lo, t->z0, t->z0_lo);
+  const clrad_floats dx = s->dx, dy = s->dy, dz = s->dz;
+
+  const clrad_floats u0 = CLRAD_DOT(dx, dy, dz, CLRAD_CROSS(f->e0y, f->e0z, py, pz),
+                                    CLRAD_CROSS(f->e0z, f->e0x, pz, px), CLRAD_CROSS(f->e0x, f->e0y, px, py));
+  const clrad_floats u1 = CLRAD_DOT(dx, dy, dz, CLRAD_CROSS(f->e1y, f->e1z, qy, qz),
+                                    CLRAD_CROSS(f->e1z, f->e1x, qz, qx), CLRAD_CROSS(f->e1x, f->e1y, qx, qy));
+  const clrad_floats u2 = CLRAD_DOT(dx, dy, dz, CLRAD_CROSS(f->e2y, f->e2z, py, pz),
+                                    CLRAD_CROSS(f->e2z, f->e2x, pz, px), CLRAD_CROSS(f->e2x, f->e2y, px, py));
+  const clrad_floats low = CLRAD_MIN(u0, u1), high = CLRAD_MAX(u0, u1);
+  const clrad_floats least = CLRAD_MIN(low, u2), most = CLRAD_MAX(high, u2);
+
+  const clrad_floats norm_a = CLRAD_NORM_1(px, py, pz), norm_b = CLRAD_NORM_1(rx, ry, rz);
+  const clrad_floats error = s->size * CLRAD_VOLUME_SCALE(norm_a, f->edge_size);
+  const clrad_floats side_a = -CLRAD_DOT(f->nx, f->ny, f->nz, px, py, pz),
+                     side_b = CLRAD_DOT(f->nx, f->ny, f->nz, rx, ry, rz);
+  const clrad_floats error_a = CLRAD_SIDE_BOUND(norm_a, f->normal_size), error_b = CLRAD_SIDE_BOUND(norm_b, f->normal_size);
+  const clrad_ints front_a = CLRAD_IS(side_a > error_a), back_a = CLRAD_IS(side_a < -error_a);
+  const clrad_ints front_b = CLRAD_IS(side_b > error_b), back_b = CLRAD_IS(side_b < -error_b);
+  const int plane = (int)t->plane;
+  const clrad_ints ignored =
+      (CLRAD_IS(s->a_plane == plane) | CLRAD_IS(s->b_plane == plane)) & (t->plane != CLRAD_NONE ? -1 : 0);
+  const clrad_ints miss =
+      (CLRAD_IS(least < -error) & CLRAD_IS(most > error)) | (front_a & front_b) | (back_a & back_b) | ignored;
+  const clrad_ints inside = CLRAD_IS(least > error) | CLRAD_IS(most < -error);
+  *hit = inside & ((front_a & back_b) | (back_a & front_b)) & ~miss;
+  *undecided = ~(*hit | miss);
+}
+
+/* Occlusion of pairs (Segments::samples == 0): origin i against target i; work-item = CLRAD_WIDTH segments.
+ * post: masks[i] is 1 or 0. */
+__kernel void serial_occluded_pairs(__global const CLRAD_POINT_T* origins, __global const uint* active, uint use_active,
+                                    uint origin_count, __global const CLRAD_POINT_T* targets,
+                                    __global const clrad_triangle* triangles, __global const clrad_facet* facets,
+                                    uint triangle_count, __global uint* masks, volatile __global uint* exact) {
+  const uint begin = (uint)get_global_id(0) * CLRAD_WIDTH;
+  if (begin >= origin_count) return;
+  clrad_segment s[CLRAD_WIDTH];
+  int live_lanes[CLRAD_WIDTH], hits[CLRAD_WIDTH];
+  for (uint lane = 0; lane < CLRAD_WIDTH; ++lane) {
+    s[lane] = clrad_fetch_segment(origins, active, use_active, targets, 0, min(begin + lane, origin_count - 1));
+    live_lanes[lane] = begin + lane < origin_count ? -1 : 0;
+  }
+  packet p;
+  load_packet(s, &p);
+  clrad_ints live = CLRAD_LOAD(live_lanes), blocked = 0;
+  uint undecided_count = 0;
+  for (uint i = 0; i < triangle_count; ++i) {
+    clrad_ints hit, undecided;
+    test_packet(&p, triangles + i, facets + i, &hit, &undecided);
+    hit &= live;
+    undecided &= live;
+    if (clrad_bits_of_any(hit | undecided) == 0) continue;
+    if (clrad_bits_of_any(undecided) != 0) {
+      int undecided_lanes[CLRAD_WIDTH];
+      CLRAD_STORE(undecided, undecided_lanes);
+      for (int lane = 0; lane < CLRAD_WIDTH; ++lane) {
+        hits[lane] = 0;
+        if (!undecided_lanes[lane]) continue;
+        hits[lane] = clrad_blocked(s[lane], triangles[i]) ? -1 : 0;
+        ++undecided_count;
+      }
+      hit |= CLRAD_LOAD(hits);
+    }
+    blocked |= hit;
+    live &= ~hit;
+    if (clrad_bits_of_any(live) == 0) break;
+  }
+  CLRAD_STORE(blocked, hits);
+  for (uint lane = 0; lane < CLRAD_WIDTH && begin + lane < origin_count; ++lane) masks[begin + lane] = hits[lane] & 1;
+  clrad_count(exact, undecided_count);
+}
+
+/* The nearest hit of each segment by (t, triangle); work-item = CLRAD_WIDTH consecutive segments of any form.
+ * post: triangle[r] indexes the input triangles or is CLRAD_NONE, t[r] in [0, 1] (1 where there is none). */
+__kernel void serial_closest(__global const CLRAD_POINT_T* origins, __global const uint* active, uint use_active,
+                             ulong segment_count, __global const CLRAD_POINT_T* targets, uint samples,
+                             __global const clrad_triangle* triangles, __global const clrad_facet* facets,
+                             uint triangle_count, __global const uint* input_index, __global uint* triangle,
+                             __global float* t, volatile __global uint* exact) {
+  const ulong begin = (ulong)get_global_id(0) * CLRAD_WIDTH;
+  if (begin >= segment_count) return;
+  clrad_segment s[CLRAD_WIDTH];
+  float nearest[CLRAD_WIDTH];
+  uint which[CLRAD_WIDTH];
+  for (uint lane = 0; lane < CLRAD_WIDTH; ++lane) {
+    const ulong r = begin + lane < segment_count ? begin + lane : segment_count - 1;
+    s[lane] = clrad_fetch_segment(origins, active, use_active, targets, samples, r);
+    nearest[lane] = 1.0f;
+    which[lane] = CLRAD_NONE;
+  }
+  packet p;
+  load_packet(s, &p);
+  uint undecided_count = 0;
+  for (uint i = 0; i < triangle_count; ++i) {
+    clrad_ints hit, undecided;
+    test_packet(&p, triangles + i, facets + i, &hit, &undecided);
+    if (clrad_bits_of_any(hit | undecided) == 0) continue;
+    int hits[CLRAD_WIDTH], undecided_lanes[CLRAD_WIDTH];
+    CLRAD_STORE(hit, hits);
+    CLRAD_STORE(undecided, undecided_lanes);
+    for (uint lane = 0; lane < CLRAD_WIDTH && begin + lane < segment_count; ++lane) {
+      int met = hits[lane];
+      if (undecided_lanes[lane]) {
+        met = clrad_blocked(s[lane], triangles[i]);
+        ++undecided_count;
+      }
+      if (!met) continue;
+      const float where = clrad_hit_parameter(s[lane], triangles[i], facets[i]);
+      if (which[lane] == CLRAD_NONE || where < nearest[lane]) {
+        nearest[lane] = where;
+        which[lane] = input_index[i];
+      }
+    }
+  }
+  for (uint lane = 0; lane < CLRAD_WIDTH && begin + lane < segment_count; ++lane) {
+    triangle[begin + lane] = which[lane];
+    t[begin + lane] = nearest[lane];
+  }
+  clrad_count(exact, undecided_count);
+}
