@@ -8,7 +8,9 @@
 namespace clrad {
 namespace {
 
-std::string mebibytes(std::uint64_t bytes) { return fmt::format("{:.1f} MiB", double(bytes) / (1 << 20)); }
+std::string mebibytes(std::uint64_t bytes) {
+  return fmt::format("{:.1f} MiB", double(bytes) / (1 << 20));
+}
 
 }  // namespace
 
@@ -18,23 +20,27 @@ RawArray::RawArray(Device& device, std::uint64_t bytes, std::string_view what)
   const std::uint64_t room = std::max<std::uint64_t>(bytes, 16);
   if (ledger_->held + room > ledger_->limit) {
     const auto left = ledger_->limit - std::min(ledger_->limit, ledger_->held);
-    throw DeviceError(fmt::format("too little memory for {}: it takes {}, {} of the {} allowed by --memory are left; use a coarser "
-                                  "mesh or allow more",
-                                  what, mebibytes(room), mebibytes(left), mebibytes(ledger_->limit)));
+    throw DeviceError(fmt::format(
+        "too little memory for {}: it takes {}, {} of the {} allowed by --memory are left; use a coarser "
+        "mesh or allow more",
+        what, mebibytes(room), mebibytes(left), mebibytes(ledger_->limit)));
   }
   if (room > device.info().largest_buffer_bytes)
-    throw DeviceError(fmt::format("{} takes {} in one buffer; {} allows {}", what, mebibytes(room), device.info().name,
-                                  mebibytes(device.info().largest_buffer_bytes)));
+    throw DeviceError(fmt::format("{} takes {} in one buffer; {} allows {}", what, mebibytes(room),
+                                  device.info().name, mebibytes(device.info().largest_buffer_bytes)));
   try {
     buffer_ = cl::Buffer(device.context(), CL_MEM_READ_WRITE, room);
   } catch (const cl::Error& e) {
-    throw DeviceError(fmt::format("the device has no memory left for {}: {} (OpenCL error {})", what, mebibytes(room), e.err()));
+    throw DeviceError(fmt::format("the device has no memory left for {}: {} (OpenCL error {})", what,
+                                  mebibytes(room), e.err()));
   }
   ledger_->held += room;
   ledger_->peak = std::max(ledger_->peak, ledger_->held);
 }
 
-RawArray::~RawArray() { release(); }
+RawArray::~RawArray() {
+  release();
+}
 
 void RawArray::release() noexcept {
   if (ledger_) ledger_->held -= std::max<std::uint64_t>(bytes_, 16);
@@ -60,7 +66,9 @@ RawArray& RawArray::operator=(RawArray&& other) noexcept {
 }
 
 namespace {
-std::uint64_t real_bytes(const Device& device) { return device.options().precision == Precision::float64 ? 8 : 4; }
+std::uint64_t real_bytes(const Device& device) {
+  return device.options().precision == Precision::float64 ? 8 : 4;
+}
 }  // namespace
 
 RealArray::RealArray(Device& device, std::uint64_t count, std::string_view what)
@@ -94,6 +102,8 @@ std::vector<double> RealArray::download(std::uint64_t at, std::uint64_t count) c
   return values;
 }
 
-void RealArray::fill_zero() { device_->fill_bytes(buffer_, 0, bytes()); }
+void RealArray::fill_zero() {
+  device_->fill_bytes(buffer_, 0, bytes());
+}
 
 }  // namespace clrad

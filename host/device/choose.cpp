@@ -83,20 +83,24 @@ ChosenDevice choose_device(const DeviceOptions& options) {
           lower(infos[i].platform).find(lower(wish)) != std::string::npos)
         chosen = i;
   }
-  if (chosen == devices.size()) throw UsageError(fmt::format("no OpenCL device is called '{}'. There are:{}", wish, device_lines()));
+  if (chosen == devices.size())
+    throw UsageError(fmt::format("no OpenCL device is called '{}'. There are:{}", wish, device_lines()));
 
   cl::Device device = devices[chosen];
   DeviceInfo info = infos[chosen];
   if (options.cores && options.cores != info.compute_units) {
     if (options.cores > info.compute_units)
-      throw UsageError(fmt::format("--cores {} is more than the {} compute units of {}", options.cores, info.compute_units, info.name));
-    const cl_device_partition_property by_counts[] = {CL_DEVICE_PARTITION_BY_COUNTS, cl_device_partition_property(options.cores),
+      throw UsageError(fmt::format("--cores {} is more than the {} compute units of {}", options.cores,
+                                   info.compute_units, info.name));
+    const cl_device_partition_property by_counts[] = {CL_DEVICE_PARTITION_BY_COUNTS,
+                                                      cl_device_partition_property(options.cores),
                                                       CL_DEVICE_PARTITION_BY_COUNTS_LIST_END, 0};
     std::vector<cl::Device> parts;
     try {
       device.createSubDevices(by_counts, &parts);
     } catch (const cl::Error& e) {
-      throw UsageError(fmt::format("{} cannot be divided for --cores {} (OpenCL error {})", info.name, options.cores, e.err()));
+      throw UsageError(fmt::format("{} cannot be divided for --cores {} (OpenCL error {})", info.name,
+                                   options.cores, e.err()));
     }
     device = parts.at(0);
     info.compute_units = options.cores;
@@ -107,11 +111,13 @@ ChosenDevice choose_device(const DeviceOptions& options) {
 DeviceOptions resolve_options(const DeviceOptions& options, const DeviceInfo& info) {
   DeviceOptions o = options;
   if (o.precision == Precision::float64 && !info.fp64)
-    throw DeviceError(fmt::format("{} has no double precision (cl_khr_fp64); use --precision float or another --device", info.name));
+    throw DeviceError(fmt::format(
+        "{} has no double precision (cl_khr_fp64); use --precision float or another --device", info.name));
   if (o.cores == 0) o.cores = info.compute_units;
   if (o.memory_bytes == 0) o.memory_bytes = info.memory_bytes / 2;
   if (o.memory_bytes > info.memory_bytes)
-    throw UsageError(fmt::format("--memory {} is more than the {} bytes of {}", o.memory_bytes, info.memory_bytes, info.name));
+    throw UsageError(fmt::format("--memory {} is more than the {} bytes of {}", o.memory_bytes,
+                                 info.memory_bytes, info.name));
   if (o.shape == Shape::automatic) o.shape = info.gpu ? Shape::trees : Shape::blocks;
   if (o.work_group_size == 0) o.work_group_size = info.gpu ? 128 : 64;
   if (o.packet_width == 0) o.packet_width = info.gpu ? 1 : 16;

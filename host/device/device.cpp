@@ -57,11 +57,14 @@ struct Device::Impl {
   }
 
   [[noreturn]] void fail(const cl::Error& e, std::string_view doing) const {
-    const std::string stage = stack.empty() ? "" : fmt::format(" while trying to {}", stages[stack.back()].name);
+    const std::string stage =
+        stack.empty() ? "" : fmt::format(" while trying to {}", stages[stack.back()].name);
     std::string hint;
-    if (e.err() == CL_MEM_OBJECT_ALLOCATION_FAILURE || e.err() == CL_OUT_OF_RESOURCES || e.err() == CL_OUT_OF_HOST_MEMORY)
+    if (e.err() == CL_MEM_OBJECT_ALLOCATION_FAILURE || e.err() == CL_OUT_OF_RESOURCES ||
+        e.err() == CL_OUT_OF_HOST_MEMORY)
       hint = "; the device is out of memory: try a smaller --memory, a coarser mesh or fewer samples";
-    throw DeviceError(fmt::format("{} failed ({}, OpenCL error {}){} on {}{}", doing, e.what(), e.err(), stage, info.name, hint));
+    throw DeviceError(fmt::format("{} failed ({}, OpenCL error {}){} on {}{}", doing, e.what(), e.err(),
+                                  stage, info.name, hint));
   }
 };
 
@@ -78,7 +81,8 @@ Device::Device(const DeviceOptions& options) : impl_(std::make_unique<Impl>()) {
   impl_->open(options);
 }
 
-Device::Device(const cl::Context& context, const cl::Device& device, const cl::CommandQueue& queue, const DeviceOptions& options)
+Device::Device(const cl::Context& context, const cl::Device& device, const cl::CommandQueue& queue,
+               const DeviceOptions& options)
     : impl_(std::make_unique<Impl>()) {
   impl_->device = device;
   impl_->info = describe_device(device, 0);
@@ -91,20 +95,31 @@ Device::~Device() {
   if (impl_->queue()) clFinish(impl_->queue());  // not cl::CommandQueue::finish: a destructor must not throw
 }
 
-const DeviceInfo& Device::info() const { return impl_->info; }
-const DeviceOptions& Device::options() const { return impl_->options; }
-const cl::Context& Device::context() const { return impl_->context; }
-const cl::CommandQueue& Device::queue() const { return impl_->queue; }
-const std::shared_ptr<MemoryLedger>& Device::ledger() const { return impl_->ledger; }
+const DeviceInfo& Device::info() const {
+  return impl_->info;
+}
+const DeviceOptions& Device::options() const {
+  return impl_->options;
+}
+const cl::Context& Device::context() const {
+  return impl_->context;
+}
+const cl::CommandQueue& Device::queue() const {
+  return impl_->queue;
+}
+const std::shared_ptr<MemoryLedger>& Device::ledger() const {
+  return impl_->ledger;
+}
 
 cl::Kernel& Device::kernel(const char* file, const char* name) {
   const std::string key = fmt::format("{}:{}", file, name);
   if (auto found = impl_->kernels.find(key); found != impl_->kernels.end()) return found->second;
   auto program = impl_->programs.find(file);
   if (program == impl_->programs.end())
-    program = impl_->programs
-                  .emplace(file, build_program(impl_->context, impl_->device, impl_->info, impl_->options, file))
-                  .first;
+    program =
+        impl_->programs
+            .emplace(file, build_program(impl_->context, impl_->device, impl_->info, impl_->options, file))
+            .first;
   try {
     return impl_->kernels.emplace(key, cl::Kernel(program->second, name)).first->second;
   } catch (const cl::Error& e) {
@@ -117,7 +132,8 @@ void Device::enqueue(cl::Kernel& kernel, const char* name, std::uint64_t items, 
   const std::uint64_t global = (items + group - 1) / group * group;
   try {
     cl::Event event;
-    impl_->queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(global), cl::NDRange(group), nullptr, &event);
+    impl_->queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(global), cl::NDRange(group), nullptr,
+                                      &event);
     impl_->record(event);
   } catch (const cl::Error& e) {
     impl_->fail(e, fmt::format("launching {}", name));
@@ -135,7 +151,9 @@ void Device::finish() {
 Device::Stage::Stage(Device& device, std::string_view name) : device_(device) {
   device.impl_->stack.push_back(device.impl_->stage_index(name));
 }
-Device::Stage::~Stage() { device_.impl_->stack.pop_back(); }
+Device::Stage::~Stage() {
+  device_.impl_->stack.pop_back();
+}
 
 std::string_view Device::current_stage() const {
   return impl_->stack.empty() ? std::string_view() : impl_->stages[impl_->stack.back()].name;
@@ -172,8 +190,8 @@ void Device::write(const cl::Buffer& to, std::uint64_t offset, std::uint64_t byt
   }
 }
 
-void Device::copy(const cl::Buffer& from, const cl::Buffer& to, std::uint64_t bytes, std::uint64_t from_offset,
-                  std::uint64_t to_offset) {
+void Device::copy(const cl::Buffer& from, const cl::Buffer& to, std::uint64_t bytes,
+                  std::uint64_t from_offset, std::uint64_t to_offset) {
   if (bytes == 0) return;
   try {
     cl::Event event;
@@ -184,7 +202,8 @@ void Device::copy(const cl::Buffer& from, const cl::Buffer& to, std::uint64_t by
   }
 }
 
-void Device::fill_bytes(const cl::Buffer& buffer, std::uint32_t pattern, std::uint64_t bytes, std::uint64_t offset) {
+void Device::fill_bytes(const cl::Buffer& buffer, std::uint32_t pattern, std::uint64_t bytes,
+                        std::uint64_t offset) {
   if (bytes == 0) return;
   try {
     cl::Event event;

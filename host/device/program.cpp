@@ -36,7 +36,8 @@ void append_resolved(const std::string& path, std::set<std::string>& seen, std::
 std::string kernel_text(const std::string& path) {
   if (const char* folder = std::getenv("CLRAD_KERNEL_DIR")) {
     std::ifstream file(std::string(folder) + "/" + path);
-    if (!file) throw DeviceError(fmt::format("CLRAD_KERNEL_DIR is {}, but {} cannot be read there", folder, path));
+    if (!file)
+      throw DeviceError(fmt::format("CLRAD_KERNEL_DIR is {}, but {} cannot be read there", folder, path));
     return {std::istreambuf_iterator<char>(file), {}};
   }
   for (unsigned i = 0; i < embedded_kernel_count; ++i)
@@ -49,9 +50,10 @@ std::string program_source(const std::string& path, const DeviceOptions& options
   // PoCL fuses a*b+c unless told not to; bit-exactness across widths and devices needs it off everywhere.
   std::string source = fmt::format(
       "{}#pragma OPENCL FP_CONTRACT OFF\n"
-      "#define REAL {}\n#define CLRAD_POINT_T clrad_point_{}\n#define CLRAD_WIDTH {}\n#define CLRAD_WORK_GROUP {}\n",
-      fp64 ? "#pragma OPENCL EXTENSION cl_khr_fp64 : enable\n#define CLRAD_FP64 1\n" : "", fp64 ? "double" : "float",
-      fp64 ? "double" : "float", options.packet_width, options.work_group_size);
+      "#define REAL {}\n#define CLRAD_POINT_T clrad_point_{}\n#define CLRAD_WIDTH {}\n#define "
+      "CLRAD_WORK_GROUP {}\n",
+      fp64 ? "#pragma OPENCL EXTENSION cl_khr_fp64 : enable\n#define CLRAD_FP64 1\n" : "",
+      fp64 ? "double" : "float", fp64 ? "double" : "float", options.packet_width, options.work_group_size);
   std::set<std::string> seen;
   append_resolved("shared/types.h", seen, source);
   append_resolved(path, seen, source);
@@ -71,11 +73,12 @@ cl::Program build_program(const cl::Context& context, const cl::Device& device, 
   } catch (const cl::Error&) {
     std::string log;
     program.getBuildInfo(device, CL_PROGRAM_BUILD_LOG, &log);
-    throw DeviceError(fmt::format("kernels/{} does not build.\n  device   {}\n  driver   {} ({})\n  options  {}, {}, width "
-                                  "{}, work-group {}\n{}",
-                                  path, info.name, info.driver, info.version, flags,
-                                  options.precision == Precision::float64 ? "double" : "float", options.packet_width,
-                                  options.work_group_size, log));
+    throw DeviceError(
+        fmt::format("kernels/{} does not build.\n  device   {}\n  driver   {} ({})\n  options  {}, {}, width "
+                    "{}, work-group {}\n{}",
+                    path, info.name, info.driver, info.version, flags,
+                    options.precision == Precision::float64 ? "double" : "float", options.packet_width,
+                    options.work_group_size, log));
   }
   return program;
 }

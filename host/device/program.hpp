@@ -1,4 +1,5 @@
-// From a kernel file to a built cl::Program: includes resolved, defines prepended, build log in the exception.
+// From a kernel file to a built cl::Program: includes resolved, defines prepended, build log in the
+// exception.
 #pragma once
 #include <string>
 
@@ -9,8 +10,8 @@ namespace clrad {
 /// The text of kernels/<path>: embedded, or read from the folder CLRAD_KERNEL_DIR while developing.
 std::string kernel_text(const std::string& path);
 
-/// The whole program of one kernel file: defines, types.h, and each `#include "shared/x"` replaced, once, by its text,
-/// with #line so that the log names the real file and line.
+/// The whole program of one kernel file: defines, types.h, and each `#include "shared/x"` replaced, once, by
+/// its text, with #line so that the log names the real file and line.
 std::string program_source(const std::string& path, const DeviceOptions& options);
 
 /// Throws DeviceError with file, options, device, driver and the full log.

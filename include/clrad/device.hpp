@@ -1,12 +1,14 @@
-/// The thin trio of device, program and buffer: choose an OpenCL device, launch kernels by file and name, hold typed
-/// arrays inside a memory budget, and account the time of each named stage.
+/// The thin trio of device, program and buffer: choose an OpenCL device, launch kernels by file and name,
+/// hold typed arrays inside a memory budget, and account the time of each named stage.
 #pragma once
 #include <CL/opencl.hpp>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <span>
 #include <string>
 #include <string_view>
+#include <typeindex>
 #include <vector>
 
 #include "clrad/error.hpp"
@@ -15,8 +17,8 @@ namespace clrad {
 
 enum class Precision { float32, float64 };
 
-/// How a primitive splits its work: big blocks per work-item (CPUs) or work-group trees in local memory (GPUs).
-/// The answer is the same to the bit.
+/// How a primitive splits its work: big blocks per work-item (CPUs) or work-group trees in local memory
+/// (GPUs). The answer is the same to the bit.
 enum class Shape { automatic, blocks, trees };
 
 struct DeviceInfo {
@@ -30,13 +32,13 @@ struct DeviceInfo {
 };
 
 struct DeviceOptions {
-  std::string device{};            ///< index or part of a name; empty: the first GPU, else the first device
-  unsigned cores = 0;              ///< compute units of a sub-device; 0: all
+  std::string device{};  ///< index or part of a name; empty: the first GPU, else the first device
+  unsigned cores = 0;    ///< compute units of a sub-device; 0: all
   Precision precision = Precision::float32;
   std::uint64_t memory_bytes = 0;  ///< most that buffers may take at a time; 0: half of the device's memory
   Shape shape = Shape::automatic;
-  unsigned work_group_size = 0;    ///< 0: 64 on CPUs, 128 on GPUs
-  unsigned packet_width = 0;       ///< 1, 4, 8 or 16 rays a work-item; 0: 16 on CPUs, 1 on GPUs
+  unsigned work_group_size = 0;  ///< 0: 64 on CPUs, 128 on GPUs
+  unsigned packet_width = 0;     ///< 1, 4, 8 or 16 rays a work-item; 0: 16 on CPUs, 1 on GPUs
 };
 
 /// All OpenCL devices, in platform order. Empty when there is no platform.
@@ -107,15 +109,16 @@ class Device {
   const cl::CommandQueue& queue() const;
   const std::shared_ptr<MemoryLedger>& ledger() const;
 
-  /// Launches kernel `name` of `kernels/<file>` over `items` work-items. The global size is rounded up to whole
-  /// work-groups, so a kernel guards `if (get_global_id(0) >= n) return;`. local = 0: options().work_group_size,
-  /// which the kernel also knows as CLRAD_WORK_GROUP. items = 0 launches nothing.
+  /// Launches kernel `name` of `kernels/<file>` over `items` work-items. The global size is rounded up to
+  /// whole work-groups, so a kernel guards `if (get_global_id(0) >= n) return;`. local = 0:
+  /// options().work_group_size, which the kernel also knows as CLRAD_WORK_GROUP. items = 0 launches nothing.
   template <class... Args>
   void run(const char* file, const char* name, std::uint64_t items, const Args&... args) {
     run_local(file, name, items, 0, args...);
   }
   template <class... Args>
-  void run_local(const char* file, const char* name, std::uint64_t items, unsigned local, const Args&... args) {
+  void run_local(const char* file, const char* name, std::uint64_t items, unsigned local,
+                 const Args&... args) {
     if (items == 0) return;
     cl::Kernel& k = kernel(file, name);
     cl_uint index = 0;
@@ -126,7 +129,8 @@ class Device {
   /// Waits for all that was enqueued.
   void finish();
 
-  /// While the object lives, launches count for the stage `name`, and errors mention it. Stages nest; the innermost counts.
+  /// While the object lives, launches count for the stage `name`, and errors mention it. Stages nest; the
+  /// innermost counts.
   class Stage {
    public:
     Stage(Device& device, std::string_view name);
@@ -150,11 +154,26 @@ class Device {
   /// Device to device; in order with the launches, not blocking.
   void copy(const cl::Buffer& from, const cl::Buffer& to, std::uint64_t bytes, std::uint64_t from_offset = 0,
             std::uint64_t to_offset = 0);
-  void fill_bytes(const cl::Buffer& buffer, std::uint32_t pattern, std::uint64_t bytes, std::uint64_t offset = 0);
+  void fill_bytes(const cl::Buffer& buffer, std::uint32_t pattern, std::uint64_t bytes,
+                  std::uint64_t offset = 0);
+
+  /// The T that this device keeps for as long as it lives, made at the first call: scratch that outlives one call.
+  template <class T>
+  T& kept() {
+    auto& slot = kept_[typeid(T)];
+    if (!slot) slot = std::make_shared<T>();
+    return *static_cast<T*>(slot.get());
+  }
+  /// Gives the kept T back.
+  template <class T>
+  void drop_kept() {
+    kept_.erase(typeid(T));
+  }
 
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
+  std::map<std::type_index, std::shared_ptr<void>> kept_;  // after impl_: goes first
 
   cl::Kernel& kernel(const char* file, const char* name);
   void enqueue(cl::Kernel& kernel, const char* name, std::uint64_t items, unsigned local);
@@ -169,21 +188,23 @@ class Device {
       k.setArg(i, static_cast<float>(r.value));
   }
   template <class T>
-    requires std::is_arithmetic_v<T>
+  requires std::is_arithmetic_v<T>
   void set_arg(cl::Kernel& k, cl_uint i, T value) {
     static_assert(sizeof(T) == 4 || sizeof(T) == 8, "kernel scalars are 32 or 64 bits");
     k.setArg(i, value);
   }
 };
 
-/// `count` values of T on the device. T is what the kernel sees: uint32_t, float, a struct of kernels/shared/types.h.
+/// `count` values of T on the device. T is what the kernel sees: uint32_t, float, a struct of
+/// kernels/shared/types.h.
 template <class T>
 class Array : public RawArray {
  public:
   Array() = default;
   Array(Device& device, std::uint64_t count, std::string_view what)
       : RawArray(device, count * sizeof(T), what), count_(count) {}
-  Array(Device& device, std::span<const T> values, std::string_view what) : Array(device, values.size(), what) {
+  Array(Device& device, std::span<const T> values, std::string_view what)
+      : Array(device, values.size(), what) {
     upload(values);
   }
 

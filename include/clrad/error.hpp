@@ -1,5 +1,5 @@
-/// Errors that clrad throws. Each says what happened, where, and what to do; the command line maps the kinds to its
-/// exit codes.
+/// Errors that clrad throws. Each says what happened, where, and what to do; the command line maps the kinds
+/// to its exit codes.
 #pragma once
 #include <stdexcept>
 #include <string>
@@ -12,7 +12,8 @@ class Error : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// The program or the device failed: no platform, a kernel that does not build, too little memory. Exit code 1.
+/// The program or the device failed: no platform, a kernel that does not build, too little memory. Exit
+/// code 1.
 class DeviceError : public Error {
  public:
   using Error::Error;

@@ -1,6 +1,6 @@
-/// The mesh: input polygons cut into patches that shoot, each patch a quadtree of elements that receive, and the
-/// vertices where irradiance is evaluated (section 1.4 of Drucker & Schroeder). All positions marked "frame" are in the
-/// scene's frame, which solution.hpp defines.
+/// The mesh: input polygons cut into patches that shoot, each patch a quadtree of elements that receive, and
+/// the vertices where irradiance is evaluated (section 1.4 of Drucker & Schroeder). All positions marked
+/// "frame" are in the scene's frame, which solution.hpp defines.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -17,10 +17,11 @@ struct MeshOptions {
   double element_edge_m = 0;  ///< longest edge of an element [m]; 0: the scene's extent / 64
 };
 
-/// The regular lattice of one polygon. Quad: vertex (i, j), 0 <= i <= cells_u, 0 <= j <= cells_v, at the bilinear
-/// parameters (i / cells_u, j / cells_v), is number first_vertex + j * (cells_u + 1) + i; parameter u runs from corner 0
-/// to corner 1, v from corner 0 to corner 3. Triangle: cells_u = cells_v = N; vertex (i, j), i + j <= N, at
-/// corner0 + i/N (corner1 - corner0) + j/N (corner2 - corner0), is number first_vertex + j (N + 1) - j (j - 1) / 2 + i.
+/// The regular lattice of one polygon. Quad: vertex (i, j), 0 <= i <= cells_u, 0 <= j <= cells_v, at the
+/// bilinear parameters (i / cells_u, j / cells_v), is number first_vertex + j * (cells_u + 1) + i; parameter
+/// u runs from corner 0 to corner 1, v from corner 0 to corner 3. Triangle: cells_u = cells_v = N; vertex (i,
+/// j), i + j <= N, at corner0 + i/N (corner1 - corner0) + j/N (corner2 - corner0), is number first_vertex + j
+/// (N + 1) - j (j - 1) / 2 + i.
 struct PolygonMesh {
   std::uint32_t first_vertex = 0, vertices = 0;
   std::uint32_t first_patch = 0, patches = 0;
@@ -40,15 +41,17 @@ struct Element {
   std::array<std::uint32_t, 4> vertex{};  ///< counter-clockwise; the last is 0xffffffff in a triangle
   std::uint32_t patch = 0;
   double area_m2 = 0;
-  std::array<double, 4> weight{};  ///< area average of the interpolant = sum of weight x corner value; sums to 1
+  std::array<double, 4>
+      weight{};  ///< area average of the interpolant = sum of weight x corner value; sums to 1
 };
 
 struct Mesh {
-  std::vector<PolygonMesh> polygons;   ///< as Scene::polygons
-  std::vector<Patch> patches;          ///< polygon by polygon
-  std::vector<Element> elements;       ///< patch by patch, each patch's quadtree leaves depth first
-  std::vector<Point> receivers;        ///< per vertex; on a polygon's boundary moved 1e-3 of the element's edge inside (frame)
-  std::vector<glm::dvec3> position_m;  ///< per vertex, where it is drawn [m]
+  std::vector<PolygonMesh> polygons;  ///< as Scene::polygons
+  std::vector<Patch> patches;         ///< polygon by polygon
+  std::vector<Element> elements;      ///< patch by patch, each patch's quadtree leaves depth first
+  std::vector<Point>
+      receivers;  ///< per vertex; on a polygon's boundary moved 1e-3 of the element's edge inside (frame)
+  std::vector<glm::dvec3> position_m;           ///< per vertex, where it is drawn [m]
   double patch_edge_m = 0, element_edge_m = 0;  ///< as used
 
   std::uint32_t vertex_count() const { return std::uint32_t(receivers.size()); }

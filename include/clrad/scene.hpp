@@ -1,5 +1,5 @@
-/// The scene as the user gave it: polygons, materials, cameras, in double precision and SI units. Nothing here knows
-/// about the device.
+/// The scene as the user gave it: polygons, materials, cameras, in double precision and SI units. Nothing
+/// here knows about the device.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -26,8 +26,8 @@ struct Material {
   SourceLocation where;
 };
 
-/// A planar convex polygon of 3 or 4 corners, counter-clockwise seen from its front; it reflects and emits on that
-/// side only, and occludes from both.
+/// A planar convex polygon of 3 or 4 corners, counter-clockwise seen from its front; it reflects and emits on
+/// that side only, and occludes from both.
 struct Polygon {
   std::array<glm::dvec3, 4> corner{};  ///< [m]; the last is unused in a triangle
   std::uint32_t corners = 0;           ///< 3 or 4
@@ -50,8 +50,8 @@ struct Camera {
 /// Radiometric scenes count watts, photometric ones lumens; a scene is one of the two, never both.
 enum class Quantity { radiometric, photometric };
 
-/// One finding of the reader or of `check`: an error stops a solve, a repair was made by the printed rule, a warning
-/// is for the user to judge.
+/// One finding of the reader or of `check`: an error stops a solve, a repair was made by the printed rule, a
+/// warning is for the user to judge.
 struct Diagnostic {
   enum class Severity { warning, repair, error };
   Severity severity = Severity::warning;
@@ -74,16 +74,18 @@ struct LoadOptions {
   double unit_m = 1.0;  ///< length of one unit of the file [m]
 };
 
-/// Reads an OBJ (with MTL), glTF or GLB file, by the ending of its name, validates it and repairs by printed rules
-/// (Scene::diagnostics). Throws InputError with file and line (or node and primitive) when it cannot be used.
+/// Reads an OBJ (with MTL), glTF or GLB file, by the ending of its name, validates it and repairs by printed
+/// rules (Scene::diagnostics). Throws InputError with file and line (or node and primitive) when it cannot be
+/// used.
 Scene load_scene(const std::string& path, const LoadOptions& options = {});
 
-/// All that `clrad check` reports about a file: nothing thrown for bad content, each finding listed, file order.
-/// Degenerate, non-planar and duplicate faces, open edges, orientation, reflectance and emission out of range.
+/// All that `clrad check` reports about a file: nothing thrown for bad content, each finding listed, file
+/// order. Degenerate, non-planar and duplicate faces, open edges, orientation, reflectance and emission out
+/// of range.
 std::vector<Diagnostic> check_scene(const std::string& path, const LoadOptions& options = {});
 
-/// True when the polygons form watertight surfaces that all face inward or outward consistently: every edge is shared
-/// by exactly two polygons, in opposite directions. T-junctions make it false.
+/// True when the polygons form watertight surfaces that all face inward or outward consistently: every edge
+/// is shared by exactly two polygons, in opposite directions. T-junctions make it false.
 bool is_watertight(const Scene& scene);
 
 }  // namespace clrad

@@ -1,5 +1,7 @@
-/// What a solve gives back: irradiance at every vertex, radiosity of every patch, irradiance at sensors, and the report.
+/// What a solve gives back: irradiance at every vertex, radiosity of every patch, irradiance at sensors, and
+/// the report.
 #pragma once
+#include <cmath>
 #include <cstdint>
 #include <glm/vec3.hpp>
 #include <string>
@@ -11,10 +13,17 @@
 
 namespace clrad {
 
-/// The frame kernels work in: frame = (metres - centre) x 2^-exponent; the scene's longest side is in [1, 2) there.
+/// The frame kernels work in: frame = (metres - centre) x 2^-exponent; the scene's longest side is in [1, 2)
+/// there.
 struct FrameTransform {
   glm::dvec3 centre_m{0, 0, 0};
   int exponent = 0;
+
+  double metres_per_unit() const { return std::ldexp(1.0, exponent); }
+  glm::dvec3 to_frame(const glm::dvec3& metres) const {
+    return (metres - centre_m) * std::ldexp(1.0, -exponent);
+  }
+  glm::dvec3 from_frame(const glm::dvec3& p) const { return p * metres_per_unit() + centre_m; }
 };
 
 /// Irradiance at a point, with an estimate of its error.
@@ -44,7 +53,8 @@ struct ErrorPart {
   bool bound = false;  ///< a bound, else an estimate
 };
 
-/// Everything of the JSON report that is not in the scene or the mesh. Per-band vectors have one entry a band.
+/// Everything of the JSON report that is not in the scene or the mesh. Per-band vectors have one entry a
+/// band.
 struct Report {
   std::vector<Effect> effects;
   std::vector<StageProfile> stages;
@@ -75,24 +85,27 @@ struct Solution {
   FrameTransform frame;
   Mesh mesh;
   std::uint32_t bands = 1;
-  std::vector<double> vertex_irradiance;      ///< [band][vertex] [W/m^2]
-  std::vector<std::uint8_t> vertex_covered;   ///< 1: under or inside another surface
-  std::vector<double> patch_irradiance;       ///< [band][patch], area means, covered parts included
-  std::vector<SensorResult> sensors;          ///< file order
-  bool stopped = false;                       ///< ended before convergence, by the user or a budget
-  double unshot_relative = 0;                 ///< unshot / emitted power at the end
+  std::vector<double> vertex_irradiance;     ///< [band][vertex] [W/m^2]
+  std::vector<std::uint8_t> vertex_covered;  ///< 1: under or inside another surface
+  std::vector<double> patch_irradiance;      ///< [band][patch], area means, covered parts included
+  std::vector<SensorResult> sensors;         ///< file order
+  bool stopped = false;                      ///< ended before convergence, by the user or a budget
+  double unshot_relative = 0;                ///< unshot / emitted power at the end
   Report report;
 
   std::uint32_t vertex_count() const { return mesh.vertex_count(); }
-  /// Radiosity B = E + rho H of vertex v, which lies on polygon p [W/m^2]. Not filled in for covered vertices.
+  /// Radiosity B = E + rho H of vertex v, which lies on polygon p [W/m^2]. Not filled in for covered
+  /// vertices.
   double vertex_radiosity(std::uint32_t band, std::uint32_t vertex, std::uint32_t polygon) const {
     const Material& m = scene.materials[scene.polygons[polygon].material];
-    return m.emitted_exitance[band] + m.reflectance[band] * vertex_irradiance[std::size_t(band) * vertex_count() + vertex];
+    return m.emitted_exitance[band] +
+           m.reflectance[band] * vertex_irradiance[std::size_t(band) * vertex_count() + vertex];
   }
 };
 
-/// Radiosity to draw, [band][vertex]: as vertex_radiosity, but a covered vertex takes the mean of the uncovered
-/// corners of its elements, so that no shadow bleeds out from under what stands there and no light leaks in.
+/// Radiosity to draw, [band][vertex]: as vertex_radiosity, but a covered vertex takes the mean of the
+/// uncovered corners of its elements (each as often as it is one), so that no shadow bleeds out from under
+/// what stands there and no light leaks in.
 std::vector<double> display_radiosity(const Solution& solution);
 
 /// Area-weighted means of one polygon.

@@ -1,0 +1,21 @@
+// Regular pre-subdivision: scene -> patches, elements, vertices, and the occluders of the same polygons.
+#pragma once
+#include <span>
+#include <vector>
+
+#include "clrad/mesh.hpp"
+#include "clrad/solution.hpp"
+
+namespace clrad {
+
+/// Cuts every polygon into patches no longer than patch_edge_m and each patch into a full quadtree of
+/// elements no longer than element_edge_m. `planes`: plane id per polygon. Throws UsageError when the mesh
+/// would pass 2^31 vertices.
+Mesh build_mesh(const Scene& scene, const FrameTransform& frame, std::span<const std::uint32_t> planes,
+                const MeshOptions& options);
+
+/// The original polygons as triangles (quads give two): visibility never sees the mesh.
+std::vector<OccluderTriangle> occluder_triangles(const Scene& scene, const FrameTransform& frame,
+                                                 std::span<const std::uint32_t> planes);
+
+}  // namespace clrad

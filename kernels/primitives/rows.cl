@@ -1,0 +1,59 @@
+/* Rows of 16 values: the unit in which every primitive reads. On a CPU a row is one 512-bit register, on a GPU 16
+ * registers of a work-item. Rows at the end of an array are padded, never read past it.
+ *
+ * UPd(x) moves lanes up by d; the first d lanes keep their own value. */
+#ifndef CLRAD_PRIMITIVES_ROWS
+#define CLRAD_PRIMITIVES_ROWS
+
+#define ROW 16u
+#define UP1(x) ((x).s00123456789abcde)
+#define UP2(x) ((x).s010123456789abcd)
+#define UP4(x) ((x).s01230123456789ab)
+#define UP8(x) ((x).s0123456701234567)
+
+/* Lanes that have a neighbour d lanes below. */
+#define FROM1 ((int16)(0, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1))
+#define FROM2 ((int16)(0, 0, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1))
+#define FROM4 ((int16)(0, 0, 0, 0, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1))
+#define FROM8 ((int16)(0, 0, 0, 0, 0, 0, 0, 0, -1, -1, -1, -1, -1, -1, -1, -1))
+#define LANES ((uint16)(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15))
+
+/* in[i .. i + 16), zeros from `end` on. */
+inline uint16 load_row(global const uint* in, ulong i, ulong end) {
+  if (i + ROW <= end) return vload16(0, in + i);
+  uint x[16];
+  for (uint k = 0; k < ROW; ++k) x[k] = i + k < end ? in[i + k] : 0u;
+  return vload16(0, x);
+}
+
+inline void store_row(uint16 x, global uint* out, ulong i, ulong end) {
+  if (i + ROW <= end) {
+    vstore16(x, 0, out + i);
+    return;
+  }
+  uint y[16];
+  vstore16(x, 0, y);
+  for (uint k = 0; k < ROW && i + k < end; ++k) out[i + k] = y[k];
+}
+
+/* Inclusive sums within a row, modulo 2^32. */
+inline uint16 row_scan(uint16 x) {
+  x += UP1(x) & as_uint16(FROM1);
+  x += UP2(x) & as_uint16(FROM2);
+  x += UP4(x) & as_uint16(FROM4);
+  x += UP8(x) & as_uint16(FROM8);
+  return x;
+}
+
+/* 1 where x is not 0. */
+inline uint16 ones(uint16 x) { return x != 0u ? (uint16)1u : (uint16)0u; }
+
+/* Sum of a row without wrapping. */
+inline ulong row_sum_wide(ulong16 x) {
+  const ulong8 a = x.lo + x.hi;
+  const ulong4 b = a.lo + a.hi;
+  const ulong2 c = b.lo + b.hi;
+  return c.lo + c.hi;
+}
+
+#endif
