@@ -65,10 +65,10 @@ inline float smallest(float16 x) {
   return c.lo < c.hi ? c.lo : c.hi;
 }
 inline uint lowest(uint16 x) {
-  const uint8 a = min(x.lo, x.hi);
-  const uint4 b = min(a.lo, a.hi);
-  const uint2 c = min(b.lo, b.hi);
-  return min(c.lo, c.hi);
+  const uint8 a = x.lo < x.hi ? x.lo : x.hi;
+  const uint4 b = a.lo < a.hi ? a.lo : a.hi;
+  const uint2 c = b.lo < b.hi ? b.lo : b.hi;
+  return c.lo < c.hi ? c.lo : c.hi;
 }
 
 /* The lowest position in [begin, end) where sign * in is least; CLRAD_NONE when there is nothing but NaN. */
