@@ -1,6 +1,7 @@
 #include "visibility/chop.hpp"
 
 #include <algorithm>
+#include <functional>
 #include <utility>
 #include <vector>
 
@@ -43,7 +44,7 @@ struct Batch {
   std::uint32_t rays() const { return origins * run; }
 };
 
-class Chop final : public VisibilityEngine {
+class Chop final : public ChopEngine {
  public:
   Chop(Device& device, std::span<const OccluderTriangle> triangles, const ChopOptions& options)
       : device_(device),
@@ -103,6 +104,27 @@ class Chop final : public VisibilityEngine {
     }
     return c;
   }
+
+  std::vector<RayPiece> pieces(const Segments& s) override {
+    check(s);
+    std::vector<RayPiece> all;
+    in_batches(s, [&](const Batch& b) {
+      const std::uint64_t first = std::uint64_t(b.first_origin) * (s.samples ? s.samples : 1) + b.first_sample;
+      trace(s, b, true, [&](std::uint32_t count) {
+        const auto& p = scratch_.here;
+        const auto ray = p.ray.download(0, count), cell = p.cell.download(0, count);
+        const auto t0 = p.t0.download(0, count), t1 = p.t1.download(0, count);
+        for (std::uint32_t i = 0; i < count; ++i)
+          all.push_back({std::uint32_t(first + ray[i]),
+                         {cell[i] & 1023u, cell[i] >> 10 & 1023u, cell[i] >> 20},
+                         t0[i],
+                         t1[i]});
+      });
+    });
+    return all;
+  }
+
+  const Grid& grid() const override { return grid_; }
 
  private:
   Device& device_;
@@ -190,7 +212,8 @@ class Chop final : public VisibilityEngine {
     return names[axis];
   }
 
-  void trace(const Segments& s, const Batch& b, bool nearest) {
+  void trace(const Segments& s, const Batch& b, bool nearest,
+             const std::function<void(std::uint32_t)>& look = nullptr) {
     const std::uint32_t rays = b.rays(), first_axis = axes_.empty() ? 3 : axes_[0];
     need_rays(rays, nearest);
     {
@@ -221,6 +244,7 @@ class Chop final : public VisibilityEngine {
                     p.counts);
       }
       const std::uint32_t pieces = cut(count, nearest);
+      if (look) look(pieces);
       test(count, pieces, nearest, wave);
       if (slab_ == 0) break;
     }
@@ -339,8 +363,8 @@ class Chop final : public VisibilityEngine {
 
 }  // namespace
 
-std::unique_ptr<VisibilityEngine> make_chop(Device& device, std::span<const OccluderTriangle> triangles,
-                                            const ChopOptions& options) {
+std::unique_ptr<ChopEngine> make_chop(Device& device, std::span<const OccluderTriangle> triangles,
+                                      const ChopOptions& options) {
   return std::make_unique<Chop>(device, triangles, options);
 }
 

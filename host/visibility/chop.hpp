@@ -5,8 +5,10 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <vector>
 
 #include "clrad/visibility.hpp"
+#include "visibility/grid.hpp"
 
 namespace clrad {
 
@@ -17,7 +19,21 @@ struct ChopOptions {
   std::uint32_t slab = 0xffffffffu;                ///< cells in a wave; 0: one wave; 0xffffffff: by the grid's size
 };
 
-std::unique_ptr<VisibilityEngine> make_chop(Device& device, std::span<const OccluderTriangle> triangles,
+/// One ray/voxel piece: what the paper's figure 1.2 shows.
+struct RayPiece {
+  std::uint32_t segment;
+  std::array<std::uint32_t, 3> cell;
+  float t0, t1;  ///< part of the segment inside
+};
+
+class ChopEngine : public VisibilityEngine {
+ public:
+  /// All pieces of the segments, those in empty voxels too, in the order made: for tests.
+  virtual std::vector<RayPiece> pieces(const Segments& segments) = 0;
+  virtual const Grid& grid() const = 0;
+};
+
+std::unique_ptr<ChopEngine> make_chop(Device& device, std::span<const OccluderTriangle> triangles,
                                             const ChopOptions& options = {});
 
 }  // namespace clrad
