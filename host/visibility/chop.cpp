@@ -53,8 +53,8 @@ class Chop final : public ChopEngine {
         grid_(device, occluders_, options.cells),
         packets_(device, std::max<std::uint64_t>(1, std::uint64_t(grid_.blocks) * grid_.width * 17), "triangle packets"),
         packet_planes_(device, std::max<std::uint64_t>(1, std::uint64_t(grid_.blocks) * grid_.width), "packet planes"),
-        sums_(device, 2 * tally_items, "visibility counts"),
-        batch_sums_(device, 2 * tally_items, "visibility counts of a batch") {
+        sums_(device, 3 * tally_items, "visibility counts"),
+        batch_sums_(device, 3 * tally_items, "visibility counts of a batch") {
     const std::uint32_t lanes = grid_.blocks * grid_.width;
     device_.run(file, "chop_packets", lanes, lanes, grid_.lanes, occluders_.triangles, occluders_.facets, packets_,
                 packet_planes_);
@@ -101,6 +101,8 @@ class Chop final : public ChopEngine {
     for (std::uint32_t i = 0; i < tally_items; ++i) {
       c.candidates += sums[i];
       c.exact += sums[tally_items + i];
+      // Where nothing is cut a piece is a ray that meets the box of the one voxel.
+      if (axes_.empty()) c.pieces += sums[2 * tally_items + i];
     }
     return c;
   }
@@ -115,7 +117,8 @@ class Chop final : public ChopEngine {
         const auto ray = p.ray.download(0, count), cell = p.cell.download(0, count);
         const auto t0 = p.t0.download(0, count), t1 = p.t1.download(0, count);
         for (std::uint32_t i = 0; i < count; ++i)
-          all.push_back({std::uint32_t(first + ray[i]),
+          if (t0[i] <= t1[i])
+            all.push_back({std::uint32_t(first + ray[i]),
                          {cell[i] & 1023u, cell[i] >> 10 & 1023u, cell[i] >> 20},
                          t0[i],
                          t1[i]});
@@ -185,7 +188,7 @@ class Chop final : public ChopEngine {
         batch_pieces_ = 0;
         batch_sums_.fill_zero();
         body(b);
-        device_.run(file, "chop_fold", 2 * tally_items, 2 * tally_items, batch_sums_, sums_);
+        device_.run(file, "chop_fold", 3 * tally_items, 3 * tally_items, batch_sums_, sums_);
       } catch (const Error&) {
         scratch_ = {};
         if (b.rays() <= least_batch) throw;
@@ -293,7 +296,7 @@ class Chop final : public ChopEngine {
       std::swap(from, to);
       pieces = total;
     }
-    batch_pieces_ += pieces;
+    if (!axes_.empty()) batch_pieces_ += pieces;
     return pieces;
   }
 

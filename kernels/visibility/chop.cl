@@ -124,7 +124,7 @@ inline float ray_direction(__global const float* ray, uint axis) {
   return CLRAD_DIFFERENCE(ray[6 + axis], ray[9 + axis], ray[axis], ray[3 + axis]);
 }
 
-/* The part [*t0, *t1] of the ray inside the grid's box; 0 when there is none. */
+/* The part [*t0, *t1] of the ray inside the grid's box; 0, and nothing written, when there is none. */
 inline int clip(__global const float* ray, __global const float* frame, float* t0, float* t1) {
   float begin = 0.0f, end = 1.0f;
   int inside = 1, moves = 0;
@@ -142,9 +142,10 @@ inline int clip(__global const float* ray, __global const float* frame, float* t
       moves = 1;
     }
   }
+  if (!(inside & moves & (begin <= end))) return 0;
   *t0 = begin;
   *t1 = end;
-  return inside & moves & (begin <= end);
+  return 1;
 }
 
 /* The cells of an axis that a wave may use, packed with the axis. All cells of all axes: axis 3. */
@@ -233,7 +234,7 @@ __kernel void chop_rays(uint rays, uint first_origin, uint first_sample, uint ru
   ray[11] = s.bz_lo;
   ray_planes[2 * r] = s.a_plane;
   ray_planes[2 * r + 1] = s.b_plane;
-  float t0, t1;
+  float t0 = 1.0f, t1 = 0.0f;
   uint cells = ANY_CELLS, goes_on = 0, count = 0;
   if (clip(ray, frame, &t0, &t1)) {
     if (slab) cells = wave_cells(ray, frame, 0, slab, &t0, &t1, &goes_on);
@@ -258,7 +259,7 @@ __kernel void chop_wave(uint count_alive, __global const uint* alive, uint wave,
   if (i >= count_alive) return;
   uint r = alive[i], goes_on = 0;
   __global const float* ray = ray_ends + r * RAY_FLOATS;
-  float t0, t1;
+  float t0 = 0.0f, t1 = 1.0f;
   clip(ray, frame, &t0, &t1);
   uint cells = wave_cells(ray, frame, wave, slab, &t0, &t1, &goes_on);
   ray_cells[r] = cells;
@@ -560,20 +561,22 @@ __kernel void chop_results(uint rays, ulong first, __global const float* ray_t, 
 
 /* ---- counts ------------------------------------------------------------------------------------------------------- */
 
-/* sums: `items` counts of candidates, then as many of exact tests. Work-item i adds the candidates of its share of the
- * pieces to sums[i]. */
+/* sums: `items` counts of candidates, as many of exact tests, and of pieces that have candidates. Work-item i adds its
+ * share of the pieces. */
 __kernel void chop_tally_candidates(uint items, uint pieces, __global const uint* piece_cell, __global const uint* counts,
                                     __global const float* frame, __global const uint* held, __global ulong* sums) {
   uint i = get_global_id(0);
   if (i >= items) return;
   uint begin = (uint)((ulong)pieces * i / items), end = (uint)((ulong)pieces * (i + 1) / items);
-  ulong sum = 0;
+  ulong sum = 0, busy = 0;
   for (uint p = begin; p < end; ++p) {
     uint cell = piece_cell[p];
     uint v = ((cell >> 20) * (uint)frame[10] + (cell >> 10 & 1023u)) * (uint)frame[9] + (cell & 1023u);
     sum += counts[p] ? held[v] : 0u;
+    busy += counts[p] ? 1u : 0u;
   }
   sums[i] += sum;
+  sums[2 * items + i] += busy;
 }
 
 __kernel void chop_tally_exact(uint items, uint n, __global const uint* list, __global const uint* doubt,
