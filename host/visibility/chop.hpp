@@ -1,5 +1,6 @@
-/// `chop`: object-parallel / ray-parallel visibility (Drucker & Schroeder, section 1.3.2): rays are cut into voxels by
-/// processor allocation, every (ray, candidates) pair gets a work-item, a segmented min gives the nearest.
+/// `chop`: object-parallel / ray-parallel visibility (Drucker & Schroeder, section 1.3.2): rays are cut into
+/// voxels by processor allocation, every (ray, candidates) pair gets a work-item, a segmented min gives the
+/// nearest.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -16,7 +17,7 @@ namespace clrad {
 struct ChopOptions {
   std::uint32_t rays_per_batch = 0;                ///< 0: what the caches like, less when memory is short
   std::array<std::uint32_t, 3> cells = {0, 0, 0};  ///< of the grid; 0: by cost
-  std::uint32_t slab = 0xffffffffu;                ///< cells in a wave; 0: one wave; 0xffffffff: by the grid's size
+  std::uint32_t slab = 0xffffffffu;  ///< cells in a wave; 0: one wave; 0xffffffff: by the grid's size
 };
 
 /// One ray/voxel piece: what the paper's figure 1.2 shows.
@@ -34,6 +35,6 @@ class ChopEngine : public VisibilityEngine {
 };
 
 std::unique_ptr<ChopEngine> make_chop(Device& device, std::span<const OccluderTriangle> triangles,
-                                            const ChopOptions& options = {});
+                                      const ChopOptions& options = {});
 
 }  // namespace clrad

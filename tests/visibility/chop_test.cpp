@@ -47,7 +47,9 @@ Answer ask(Device& device, clrad::VisibilityEngine& engine, const Setting& s) {
   return {masks.download(), triangle.download(), t.download()};
 }
 
-Point at(glm::dvec3 p, std::uint32_t plane = 0xffffffffu) { return {p, {0, 0, 1}, plane, 0xffffffffu}; }
+Point at(glm::dvec3 p, std::uint32_t plane = 0xffffffffu) {
+  return {p, {0, 0, 1}, plane, 0xffffffffu};
+}
 
 std::vector<OccluderTriangle> random_triangles(std::mt19937_64& random, int count, double size) {
   std::uniform_real_distribution<double> unit(-1, 1);
@@ -65,7 +67,8 @@ void add_box(std::vector<OccluderTriangle>& all, glm::dvec3 low, glm::dvec3 high
   const auto corner = [&](int k) {
     return glm::dvec3(k & 1 ? high.x : low.x, k & 2 ? high.y : low.y, k & 4 ? high.z : low.z);
   };
-  const int faces[6][4] = {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}};
+  const int faces[6][4] = {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4},
+                           {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}};
   for (const auto& f : faces) {
     const auto plane = std::uint32_t(all.size() / 2);
     all.push_back({{corner(f[0]), corner(f[1]), corner(f[2])}, plane, plane});
@@ -84,10 +87,11 @@ Setting room(std::mt19937_64& random, std::uint32_t receivers, std::uint32_t sam
   for (std::uint32_t i = 0; i < receivers; ++i) {
     const auto& t = s.triangles[random() % s.triangles.size()];
     double u = unit(random), v = unit(random);
-    if (i % 7 == 0) v = 0;               // on an edge, so in two planes at once
-    if (i % 13 == 0) u = v = 0;          // in a corner
+    if (i % 7 == 0) v = 0;       // on an edge, so in two planes at once
+    if (i % 13 == 0) u = v = 0;  // in a corner
     if (u + v > 1) u = 1 - u, v = 1 - v;
-    s.origins.push_back(at(t.corner[0] + (t.corner[1] - t.corner[0]) * u + (t.corner[2] - t.corner[0]) * v, t.plane));
+    s.origins.push_back(
+        at(t.corner[0] + (t.corner[1] - t.corner[0]) * u + (t.corner[2] - t.corner[0]) * v, t.plane));
   }
   for (std::uint32_t i = 0; i < samples; ++i)
     s.targets.push_back(at({-0.2 + 0.4 * unit(random), 0.6, -0.2 + 0.4 * unit(random)}, 3));
@@ -121,8 +125,8 @@ Setting scattered(std::mt19937_64& random, int triangles, double size, int segme
   return s;
 }
 
-/// Rays of the kinds that break a DDA, for a grid: along axes, in voxel faces and edges, through corners, starting and
-/// ending on them, outside the box, of zero length.
+/// Rays of the kinds that break a DDA, for a grid: along axes, in voxel faces and edges, through corners,
+/// starting and ending on them, outside the box, of zero length.
 void add_hard_rays(Setting& s, const std::vector<float>& frame, const Cells& cells, std::mt19937_64& random) {
   const auto plane = [&](int a, std::uint32_t i) { return double(frame[a] + float(i) * frame[3 + a]); };
   std::uniform_real_distribution<double> unit(0, 1);
@@ -164,11 +168,13 @@ void add_hard_rays(Setting& s, const std::vector<float>& frame, const Cells& cel
       push({plane(0, 0) - 0.2, inside(1), inside(2)}, {plane(0, 0) - 0.1, inside(1), inside(2)});
       push(p, p);
       push({3.9, 3.9, -3.9}, {inside(0), inside(1), inside(2)});
-      push({plane(0, 0), plane(1, 0), plane(2, 0)}, {plane(0, cells[0]), plane(1, cells[1]), plane(2, cells[2])});
+      push({plane(0, 0), plane(1, 0), plane(2, 0)},
+           {plane(0, cells[0]), plane(1, cells[1]), plane(2, cells[2])});
     }
 }
 
-/// Does the segment meet the box? Slabs in double, over all voxels: nothing of the kernels' way along the ray.
+/// Does the segment meet the box? Slabs in double, over all voxels: nothing of the kernels' way along the
+/// ray.
 bool meets(glm::dvec3 p, glm::dvec3 q, glm::dvec3 low, glm::dvec3 high) {
   double begin = 0, end = 1;
   for (int a = 0; a < 3; ++a) {
@@ -185,9 +191,10 @@ bool meets(glm::dvec3 p, glm::dvec3 q, glm::dvec3 low, glm::dvec3 high) {
   return begin <= end;
 }
 
-/// The pieces of every ray against brute force over all voxels: a voxel that the segment enters deeper than `eps` must be
-/// visited, one that it stays away from by `eps` must not. eps is 128 u = 2^-17, twice what kernels/shared/voxel.cl
-/// derives for the error of a ray's place. Returns how many rays left no choice (both sets equal).
+/// The pieces of every ray against brute force over all voxels: a voxel that the segment enters deeper than
+/// `eps` must be visited, one that it stays away from by `eps` must not. eps is 128 u = 2^-17, twice what
+/// kernels/shared/voxel.cl derives for the error of a ray's place. Returns how many rays left no choice (both
+/// sets equal).
 std::size_t verify_pieces(Device& device, const Setting& s, const ChopOptions& options) {
   const double eps = 0x1p-17;
   auto engine = clrad::make_chop(device, s.triangles, options);
@@ -258,8 +265,8 @@ TEST(Chop, PiecesEqualBruteForceEnumeration) {
        {ChopOptions{.cells = {6, 5, 4}}, ChopOptions{.cells = {1, 7, 1}}, ChopOptions{.cells = {3, 1, 8}},
         ChopOptions{.cells = {1, 1, 1}}, ChopOptions{.rays_per_batch = 96, .cells = {9, 8, 7}, .slab = 2},
         ChopOptions{.cells = {12, 4, 9}, .slab = 5}}) {
-    // A random ray passes within eps of a voxel's edge with a probability below 1 %: some 20 edges within reach, each
-    // 2 eps wide in a cell of 0.1.
+    // A random ray passes within eps of a voxel's edge with a probability below 1 %: some 20 edges within
+    // reach, each 2 eps wide in a cell of 0.1.
     EXPECT_GE(verify_pieces(device, s, options), 690u);
   }
 }
@@ -269,8 +276,9 @@ TEST(Chop, PiecesOfHardRaysEqualBruteForceEnumeration) {
   SCOPED_TRACE(seed);
   std::mt19937_64 random(seed);
   Device device;
-  for (const ChopOptions& options : {ChopOptions{.cells = {6, 5, 4}}, ChopOptions{.cells = {4, 4, 4}, .slab = 1},
-                                     ChopOptions{.cells = {2, 1, 9}, .slab = 3}}) {
+  for (const ChopOptions& options :
+       {ChopOptions{.cells = {6, 5, 4}}, ChopOptions{.cells = {4, 4, 4}, .slab = 1},
+        ChopOptions{.cells = {2, 1, 9}, .slab = 3}}) {
     Setting s = scattered(random, 40, 0.2, 1);
     const auto frame = clrad::make_chop(device, s.triangles, options)->grid().frame.download();
     add_hard_rays(s, frame, options.cells, random);
@@ -298,7 +306,8 @@ TEST(Chop, BitsEqualSerialAndTheRationalOracle) {
   for (const Setting& s : {scattered(random, 40, 0.4, 400), lattice(random, 30, 400), room(random, 100, 4)}) {
     std::vector<clrad::oracle::Triangle> triangles;
     for (const auto& t : s.triangles)
-      triangles.push_back({{clrad::snap(t.corner[0]), clrad::snap(t.corner[1]), clrad::snap(t.corner[2])}, t.plane});
+      triangles.push_back(
+          {{clrad::snap(t.corner[0]), clrad::snap(t.corner[1]), clrad::snap(t.corner[2])}, t.plane});
     expect_same(device, s, {{.cells = {5, 4, 3}}});
     auto chop = clrad::make_chop(device, s.triangles, {.cells = {4, 3, 4}, .slab = 2});
     const auto got = ask(device, *chop, s);
@@ -307,7 +316,8 @@ TEST(Chop, BitsEqualSerialAndTheRationalOracle) {
       for (std::uint32_t k = 0; k < std::max(s.samples, 1u); ++k, ++count) {
         const auto &a = s.origins[i], &b = s.targets[s.samples ? k : i];
         const bool expected = clrad::oracle::blocked(
-            clrad::oracle::Segment{clrad::snap(a.position), clrad::snap(b.position), a.plane, b.plane}, triangles);
+            clrad::oracle::Segment{clrad::snap(a.position), clrad::snap(b.position), a.plane, b.plane},
+            triangles);
         EXPECT_EQ(got.masks[i] >> k & 1u, expected) << "segment " << i << ' ' << k;
         EXPECT_EQ(got.triangle[count] != CLRAD_NONE, expected) << "segment " << i << ' ' << k;
         blocked += expected;
@@ -323,16 +333,18 @@ TEST(Chop, BitsEqualSerialOnHardRaysWhateverTheBatchAndTheWaves) {
   std::mt19937_64 random(seed);
   Device device;
   Setting s = lattice(random, 200, 3000);
-  add_hard_rays(s, clrad::make_chop(device, s.triangles, {.cells = {6, 5, 4}})->grid().frame.download(), {6, 5, 4},
-                random);
-  expect_same(device, s, {{.cells = {6, 5, 4}},
-                          {.rays_per_batch = 100, .cells = {6, 5, 4}},
-                          {.rays_per_batch = 1024, .cells = {6, 5, 4}, .slab = 1},
-                          {.cells = {16, 16, 16}},
-                          {.cells = {1, 1, 1}},
-                          {.cells = {1, 8, 1}, .slab = 2},
-                          {}});
-  expect_same(device, scattered(random, 1500, 0.05, 6000), {{}, {.cells = {20, 20, 20}}, {.cells = {9, 9, 9}, .slab = 2}});
+  add_hard_rays(s, clrad::make_chop(device, s.triangles, {.cells = {6, 5, 4}})->grid().frame.download(),
+                {6, 5, 4}, random);
+  expect_same(device, s,
+              {{.cells = {6, 5, 4}},
+               {.rays_per_batch = 100, .cells = {6, 5, 4}},
+               {.rays_per_batch = 1024, .cells = {6, 5, 4}, .slab = 1},
+               {.cells = {16, 16, 16}},
+               {.cells = {1, 1, 1}},
+               {.cells = {1, 8, 1}, .slab = 2},
+               {}});
+  expect_same(device, scattered(random, 1500, 0.05, 6000),
+              {{}, {.cells = {20, 20, 20}}, {.cells = {9, 9, 9}, .slab = 2}});
 }
 
 TEST(Chop, ManySamplesAndChosenOrigins) {
@@ -350,7 +362,8 @@ TEST(Chop, ManySamplesAndChosenOrigins) {
     const PointArray origins(device, s.origins, "origins"), targets(device, s.targets, "targets");
     const Array<std::uint32_t> active(device, chosen, "active");
     const Segments segments{&origins, &active, std::uint32_t(chosen.size()), &targets, samples};
-    Array<std::uint32_t> a(device, chosen.size() * segments.words_per_origin(), "masks"), b(device, a.size(), "masks");
+    Array<std::uint32_t> a(device, chosen.size() * segments.words_per_origin(), "masks"),
+        b(device, a.size(), "masks");
     clrad::make_engine("serial", device, s.triangles)->occluded(segments, a);
     clrad::make_engine("chop", device, s.triangles)->occluded(segments, b);
     EXPECT_EQ(a.download(), b.download()) << samples << " samples";
@@ -363,8 +376,8 @@ TEST(Chop, SameBitsAndCountsOnOtherDevices) {
   std::mt19937_64 random(seed);
   const Setting s = room(random, 500, 16), hard = lattice(random, 100, 2000);
   std::vector<Answer> expected;
-  for (const DeviceOptions& options :
-       {DeviceOptions{}, DeviceOptions{.cores = 1, .work_group_size = 16}, DeviceOptions{.packet_width = 1}}) {
+  for (const DeviceOptions& options : {DeviceOptions{}, DeviceOptions{.cores = 1, .work_group_size = 16},
+                                       DeviceOptions{.packet_width = 1}}) {
     Device device(options);
     std::vector<Answer> got;
     for (const auto& setting : {s, hard}) {
@@ -432,7 +445,8 @@ TEST(Chop, StaysInsideTheMemoryBudget) {
   const Setting s = room(random, 62500, 16);
   std::vector<std::uint32_t> expected;
   // By itself, and with batches asked for that cannot fit: a million rays of some 17 pieces.
-  for (const ChopOptions& options : {ChopOptions{}, ChopOptions{.rays_per_batch = 1u << 20, .cells = {16, 16, 16}}}) {
+  for (const ChopOptions& options :
+       {ChopOptions{}, ChopOptions{.rays_per_batch = 1u << 20, .cells = {16, 16, 16}}}) {
     Device device({.memory_bytes = budget});
     auto engine = clrad::make_chop(device, s.triangles, options);
     const PointArray origins(device, s.origins, "origins"), targets(device, s.targets, "targets");

@@ -28,13 +28,16 @@ std::vector<OccluderTriangle> random_triangles(std::mt19937_64& random, int coun
   return all;
 }
 
-/// Squared distance, by plain sampling-free geometry in double: do triangle and box [low, high] overlap? Clips the
-/// triangle by the box's six planes (Sutherland & Hodgman) and asks whether anything is left. Not the kernel's method.
+/// Squared distance, by plain sampling-free geometry in double: do triangle and box [low, high] overlap?
+/// Clips the triangle by the box's six planes (Sutherland & Hodgman) and asks whether anything is left. Not
+/// the kernel's method.
 bool overlap(const OccluderTriangle& t, glm::dvec3 low, glm::dvec3 high) {
   std::vector<glm::dvec3> polygon(t.corner, t.corner + 3);
   for (int axis = 0; axis < 3; ++axis)
     for (int side = 0; side < 2; ++side) {
-      const auto inside = [&](const glm::dvec3& p) { return side ? high[axis] - p[axis] : p[axis] - low[axis]; };
+      const auto inside = [&](const glm::dvec3& p) {
+        return side ? high[axis] - p[axis] : p[axis] - low[axis];
+      };
       std::vector<glm::dvec3> kept;
       for (std::size_t i = 0; i < polygon.size(); ++i) {
         const auto a = polygon[i], b = polygon[(i + 1) % polygon.size()];
@@ -69,7 +72,8 @@ Lists download(const Grid& grid) {
   return lists;
 }
 
-/// Lists hold all that overlaps the voxel, nothing that is farther than four pads from it, each once, ascending.
+/// Lists hold all that overlaps the voxel, nothing that is farther than four pads from it, each once,
+/// ascending.
 void verify(Device& device, const std::vector<OccluderTriangle>& triangles, Cells cells) {
   const Occluders occluders(device, triangles);
   const Grid grid(device, occluders, cells);
@@ -99,7 +103,8 @@ void verify(Device& device, const std::vector<OccluderTriangle>& triangles, Cell
       listed += has.count(k);
     }
   }
-  // The separating axes of box and triangle are complete, so what is padded away from is apart but for rounding.
+  // The separating axes of box and triangle are complete, so what is padded away from is apart but for
+  // rounding.
   EXPECT_EQ(loose, 0u) << "of " << listed;
   EXPECT_GE(listed, triangles.size());
 }
@@ -135,8 +140,8 @@ TEST(Grid, IsTheSameForAllWorkGroupsAndCores) {
   std::mt19937_64 random(7);
   const auto triangles = random_triangles(random, 300, 0.1);
   std::vector<std::uint32_t> lanes, held;
-  for (const clrad::DeviceOptions& options :
-       {clrad::DeviceOptions{}, clrad::DeviceOptions{.cores = 1}, clrad::DeviceOptions{.work_group_size = 16}}) {
+  for (const clrad::DeviceOptions& options : {clrad::DeviceOptions{}, clrad::DeviceOptions{.cores = 1},
+                                              clrad::DeviceOptions{.work_group_size = 16}}) {
     Device device(options);
     const Occluders occluders(device, triangles);
     const Grid grid(device, occluders);
