@@ -191,6 +191,28 @@ REAL clrad_contour_form(const clrad_pair_vector* r, int corners, clrad_vector n,
   return total;
 }
 
+/* (n + n_lo) . (corner - p), in pairs. */
+REAL clrad_corner_height(__global const REAL* shooter, uint corner, clrad_vector n, clrad_vector n_lo, clrad_vector p,
+                         clrad_vector p_lo) {
+  __global const REAL* hi = shooter + CLRAD_SHOOTER_HI + 3 * corner;
+  __global const REAL* lo = shooter + CLRAD_SHOOTER_LO + 3 * corner;
+  clrad_pair_vector r, normal;
+  r.x = clrad_pair_add(clrad_two_sum(hi[0], -p.x), clrad_two_sum(lo[0], -p_lo.x));
+  r.y = clrad_pair_add(clrad_two_sum(hi[1], -p.y), clrad_two_sum(lo[1], -p_lo.y));
+  r.z = clrad_pair_add(clrad_two_sum(hi[2], -p.z), clrad_two_sum(lo[2], -p_lo.z));
+  normal.x = clrad_fast_two_sum(n.x, n_lo.x);
+  normal.y = clrad_fast_two_sum(n.y, n_lo.y);
+  normal.z = clrad_fast_two_sum(n.z, n_lo.z);
+  return clrad_pair_dot(normal, r).hi;
+}
+
+/* Distance of p from the shooter's plane, positive in front, in pairs: its absolute error is 2^-46 of the distance to the
+ * shooter's first corner in float. */
+REAL clrad_height(__global const REAL* shooter, clrad_vector p, clrad_vector p_lo) {
+  __global const REAL* n = shooter + CLRAD_SHOOTER_NORMAL;
+  return -clrad_corner_height(shooter, 0, clrad_make(n[0], n[1], n[2]), clrad_make(n[3], n[4], n[5]), p, p_lo);
+}
+
 /* The shooter seen from the receiver and clipped at its horizon: r relative to the receiver, in units that make the
  * largest coordinate about 1; z = n . r, 0 for corners on the horizon. Returns the number of corners, 0 when nothing is
  * above the horizon. *unit: what one unit of r is in the frame. */
@@ -234,6 +256,38 @@ int clrad_clipped_shooter(__global const REAL* shooter, clrad_vector p, clrad_ve
     }
   }
   return corners >= 3 ? corners : 0;
+}
+
+/* Centroid by area of what clrad_clipped_shooter leaves, in the frame; the shooter's first corner when that is nothing. */
+clrad_pair_vector clrad_clipped_centroid(__global const REAL* shooter, clrad_vector p, clrad_vector p_lo,
+                                         clrad_vector n) {
+  clrad_pair_vector r[5], sum;
+  clrad_pair z[5];
+  REAL unit;
+  const int corners = clrad_clipped_shooter(shooter, p, p_lo, n, r, z, &unit);
+  REAL area = 0;
+  sum = clrad_pair_of(clrad_make(0, 0, 0));
+  for (int i = 1; i + 1 < corners; i++) {
+    const clrad_pair_vector a = clrad_pair_vector_sub(r[i], r[0]), b = clrad_pair_vector_sub(r[i + 1], r[0]);
+    const clrad_vector c = clrad_rounded(clrad_pair_cross(a, b));
+    const REAL largest = clrad_largest(c); /* an area up to a factor of 1.5: any inner point will do */
+    area += largest;
+    sum = clrad_pair_vector_add(sum,
+                                clrad_pair_vector_mul(clrad_pair_vector_add(a, b), clrad_two_sum(0, largest)));
+  }
+  clrad_pair_vector at;
+  at.x = clrad_two_sum(p.x, p_lo.x);
+  at.y = clrad_two_sum(p.y, p_lo.y);
+  at.z = clrad_two_sum(p.z, p_lo.z);
+  if (!(area > 0)) {
+    at.x = clrad_two_sum(shooter[CLRAD_SHOOTER_HI], shooter[CLRAD_SHOOTER_LO]);
+    at.y = clrad_two_sum(shooter[CLRAD_SHOOTER_HI + 1], shooter[CLRAD_SHOOTER_LO + 1]);
+    at.z = clrad_two_sum(shooter[CLRAD_SHOOTER_HI + 2], shooter[CLRAD_SHOOTER_LO + 2]);
+    return at;
+  }
+  const clrad_pair share = clrad_pair_div(clrad_two_sum(0, 1), clrad_two_product(3, area));
+  const clrad_pair_vector inner = clrad_pair_vector_add(r[0], clrad_pair_vector_mul(sum, share));
+  return clrad_pair_vector_add(at, clrad_pair_vector_scaled(inner, unit));
 }
 
 REAL clrad_careful_factor(__global const REAL* shooter, clrad_vector p, clrad_vector p_lo, clrad_vector n) {
