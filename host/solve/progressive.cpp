@@ -101,7 +101,8 @@ Solution solve(Device& device, const Scene& scene, const SolveOptions& options) 
   Solution solution;
   solution.scene = scene;
   solution.bands = std::uint32_t(scene.bands.size());
-  solution.frame = frame_of(scene);
+  const Frame frame = frame_of(scene);
+  solution.frame = {frame.centre, frame.exponent};
   const std::vector<std::uint32_t> planes = plane_ids(scene);
   solution.mesh = build_mesh(scene, solution.frame, planes, options.mesh);
   const auto triangles = occluder_triangles(scene, solution.frame, planes);
