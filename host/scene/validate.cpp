@@ -178,7 +178,8 @@ void check_emitters(Scene& scene) {
                                "no polygon emits light: the scene is black; give a material an emission"});
 }
 
-// File order: by line where there are lines, findings about the whole file last. Otherwise as found.
+}  // namespace
+
 void sort_findings(Scene& scene) {
   const auto position = [&](const Diagnostic& d) {
     const bool whole_file = d.where.line == 0 && d.where.item.empty();
@@ -187,8 +188,6 @@ void sort_findings(Scene& scene) {
   std::stable_sort(scene.diagnostics.begin(), scene.diagnostics.end(),
                    [&](const Diagnostic& a, const Diagnostic& b) { return position(a) < position(b); });
 }
-
-}  // namespace
 
 Scene validate(RawScene raw, double unit_m) {
   if (!(unit_m > 0) || !std::isfinite(unit_m)) {
