@@ -12,7 +12,7 @@
 #include "scene/planes.hpp"
 #include "solve/covered.hpp"
 #include "solve/invariants.hpp"
-#include "solve/sensors.hpp"
+#include "solve/sensor.hpp"
 #include "solve/shoot.hpp"
 
 namespace clrad {
@@ -101,7 +101,8 @@ Solution solve(Device& device, const Scene& scene, const SolveOptions& options) 
   Solution solution;
   solution.scene = scene;
   solution.bands = std::uint32_t(scene.bands.size());
-  solution.frame = frame_of(scene);
+  const Frame frame = frame_of(scene);
+  solution.frame = {frame.centre, frame.exponent};
   const std::vector<std::uint32_t> planes = plane_ids(scene);
   solution.mesh = build_mesh(scene, solution.frame, planes, options.mesh);
   const auto triangles = occluder_triangles(scene, solution.frame, planes);
@@ -110,7 +111,7 @@ Solution solve(Device& device, const Scene& scene, const SolveOptions& options) 
   std::unique_ptr<VisibilityEngine> engine;
   {
     const auto stage = device.stage("build the grid of occluders");
-    engine = make_engine(engine_name, device, triangles, options.batch_segments);
+    engine = make_engine(engine_name, device, triangles);
   }
   const auto overlaid = overlaid_vertices(scene, solution.mesh);
   solution.vertex_covered = covered_vertices(device, scene, solution.mesh, triangles, *engine, overlaid);

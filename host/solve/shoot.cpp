@@ -10,7 +10,7 @@ constexpr const char* deliver = "solve/deliver.cl";
 
 template <class ArrayType>
 void grow(ArrayType& array, Device& device, std::uint64_t count, const char* what) {
-  if (array.size() < count) array = ArrayType(), array = ArrayType(device, count, what);
+  if (array.size() < count || !array.buffer()()) array = ArrayType(), array = ArrayType(device, count, what);
 }
 
 // Which receivers the shooter's rays go to: state.active, and how many.

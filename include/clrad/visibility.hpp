@@ -1,6 +1,5 @@
-/// Who sees whom: occluders, points, and the engines that answer for many segments at once. Every engine
-/// gives the same bits, because "blocked" is one exact predicate on a snapped grid
-/// (kernels/shared/predicate.cl).
+/// Who sees whom: occluders, points, and the engines that answer for many segments at once. Every engine gives the
+/// same bits, because "blocked" is one exact predicate on a snapped grid (kernels/shared/predicate.cl).
 #pragma once
 #include <cstdint>
 #include <glm/vec3.hpp>
@@ -16,13 +15,13 @@ namespace clrad {
 /// An end of a segment, in the scene's frame (coordinates in [-1, 1); up to +-4 are allowed).
 struct Point {
   glm::dvec3 position{0, 0, 0};
-  glm::dvec3 normal{0, 0, 1};         ///< unit length
+  glm::dvec3 normal{0, 0, 1};        ///< unit length
   std::uint32_t plane = 0xffffffffu;  ///< segments ignore occluders of this plane; 0xffffffff: none
   std::uint32_t surface = 0xffffffffu;
 };
 
-/// Points on the device (clrad_point_float or _double of kernels/shared/types.h, as the precision says).
-/// Positions are kept as hi + lo: 48 bits in float.
+/// Points on the device (clrad_point_float or _double of kernels/shared/types.h, as the precision says). Positions are
+/// kept as hi + lo: 48 bits in float.
 class PointArray : public RawArray {
  public:
   PointArray() = default;
@@ -43,8 +42,8 @@ struct OccluderTriangle {
   std::uint32_t polygon = 0;  ///< index into Scene::polygons; a quad gives two triangles
 };
 
-/// Which segments to test. samples > 0: every chosen origin against each of the first `samples` targets,
-/// segment o * samples + k. samples == 0: origin i against target i (the chosen origin's index).
+/// Which segments to test. samples > 0: every chosen origin against each of the first `samples` targets, segment
+/// o * samples + k. samples == 0: origin i against target i (the chosen origin's index).
 struct Segments {
   const PointArray* origins = nullptr;
   const Array<std::uint32_t>* active = nullptr;  ///< indices into origins; null: all of them in order
@@ -68,8 +67,8 @@ class VisibilityEngine {
  public:
   virtual ~VisibilityEngine() = default;
   virtual std::string name() const = 0;
-  /// masks: words_per_origin() words per chosen origin, in the order chosen; bit k % 32 of word k / 32 is set
-  /// when segment k is occluded. Unused bits are 0.
+  /// masks: words_per_origin() words per chosen origin, in the order chosen; bit k % 32 of word k / 32 is set when
+  /// segment k is occluded. Unused bits are 0.
   virtual void occluded(const Segments& segments, Array<std::uint32_t>& masks) = 0;
   /// Per segment, the triangle it meets first, going from origin to target (0xffffffff: none), and where: t in [0, 1]
   /// of the segment; 1 where there is none. Of equal t the lower triangle index.
@@ -77,9 +76,8 @@ class VisibilityEngine {
   virtual VisibilityCounts counts() const = 0;
 };
 
-/// `serial` (object-serial / ray-parallel, section 1.3.1 of the paper) or `chop` (object-parallel /
-/// ray-parallel, section 1.3.2). Zero-area triangles block nothing and are dropped. The triangles' order is
-/// what results index.
+/// `serial` (object-serial / ray-parallel, section 1.3.1 of the paper) or `chop` (object-parallel / ray-parallel,
+/// section 1.3.2). Zero-area triangles block nothing and are dropped. The triangles' order is what results index.
 std::unique_ptr<VisibilityEngine> make_engine(const std::string& name, Device& device,
                                               std::span<const OccluderTriangle> triangles);
 std::vector<std::string> engine_names();
