@@ -8,9 +8,10 @@
 #include <clrad/error.hpp>
 #include <cmath>
 #include <glm/geometric.hpp>
-#include <map>
 #include <optional>
 #include <span>
+#include <tuple>
+#include <unordered_map>
 
 #include "scene/faces.hpp"
 #include "scene/topology.hpp"
@@ -155,7 +156,15 @@ std::array<double, 12> loop_key(const Polygon& polygon) {
 }
 
 void check_duplicates(Scene& scene) {
-  std::map<std::array<double, 12>, std::size_t> seen;
+  const auto hash = [](const std::array<double, 12>& key) {
+    std::uint64_t h = 0;
+    for (const double x : key) {
+      h = (h ^ std::bit_cast<std::uint64_t>(x)) * 0x9fb21c651e98df25ull;
+      h ^= h >> 32;
+    }
+    return static_cast<std::size_t>(h);
+  };
+  std::unordered_map<std::array<double, 12>, std::size_t, decltype(hash)> seen(scene.polygons.size(), hash);
   for (std::size_t p = 0; p < scene.polygons.size(); ++p) {
     const auto [earlier, is_new] = seen.emplace(loop_key(scene.polygons[p]), p);
     if (is_new) continue;
