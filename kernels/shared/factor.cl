@@ -22,11 +22,11 @@
 #include "shared/math.cl"
 
 /* What a kernel knows of the shooter, an array of REAL filled by the host. A triangle repeats its last corner. */
-#define CLRAD_SHOOTER_HI 0      /* corners, x y z of each of 4 */
+#define CLRAD_SHOOTER_HI 0      /* corners, x y z of each of 4, rounded to float in either precision */
 #define CLRAD_SHOOTER_LO 12     /* their second halves */
 #define CLRAD_SHOOTER_EDGE 24   /* E_i, rounded once */
 #define CLRAD_SHOOTER_EDGE2 36  /* |E_i|^2 */
-#define CLRAD_SHOOTER_NORMAL 40 /* unit, to the front; hi x y z, lo x y z */
+#define CLRAD_SHOOTER_NORMAL 40 /* unit, to the front; x y z as float, then what that leaves */
 #define CLRAD_SHOOTER_AREA 46
 #define CLRAD_SHOOTER_JACOBIAN 47 /* area per parameter area at corners 0..3 of the bilinear map */
 #define CLRAD_SHOOTER_FAR2 51     /* (3 x longest edge)^2 */
@@ -342,7 +342,9 @@ REAL clrad_exact_factor(__global const REAL* shooter, clrad_vector p, clrad_vect
   const clrad_vector middle =
       clrad_scaled(clrad_plus(clrad_plus(r[0], r[1]), clrad_plus(r[2], r[3])), CLRAD_R(0.25));
   const REAL middle2 = clrad_dot(middle, middle);
-  const REAL height = -clrad_dot(clrad_load(shooter + CLRAD_SHOOTER_NORMAL), middle);
+  const clrad_vector front =
+      clrad_plus(clrad_load(shooter + CLRAD_SHOOTER_NORMAL), clrad_load(shooter + CLRAD_SHOOTER_NORMAL + 3));
+  const REAL height = -clrad_dot(front, middle);
   const REAL noise = 8 * CLRAD_EPSILON;
   if (!some_above || (height < 0 && height * height > noise * noise * middle2)) return 0;
 
