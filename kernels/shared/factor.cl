@@ -294,7 +294,8 @@ REAL clrad_careful_factor(__global const REAL* shooter, clrad_vector p, clrad_ve
   clrad_pair_vector r[5];
   clrad_pair z[5];
   REAL unit;
-  int corners = clrad_clipped_shooter(shooter, p, p_lo, n, r, z, &unit);
+  if (!(clrad_height(shooter, p, p_lo) > 0)) return 0;
+  const int corners = clrad_clipped_shooter(shooter, p, p_lo, n, r, z, &unit);
   if (corners == 0) return 0;
   int accurate;
   const REAL contour = clrad_contour_form(r, corners, n, &accurate);
@@ -345,15 +346,15 @@ REAL clrad_exact_factor(__global const REAL* shooter, clrad_vector p, clrad_vect
   const clrad_vector front =
       clrad_plus(clrad_load(shooter + CLRAD_SHOOTER_NORMAL), clrad_load(shooter + CLRAD_SHOOTER_NORMAL + 3));
   const REAL height = -clrad_dot(front, middle);
-  const REAL noise = 8 * CLRAD_EPSILON;
-  if (!some_above || (height < 0 && height * height > noise * noise * middle2)) return 0;
+  const int off_plane = height * height > 64 * CLRAD_EPSILON * CLRAD_EPSILON * middle2; /* its sign is sure */
+  if (!some_above || (height < 0 && off_plane)) return 0;
 
   if (middle2 >= shooter[CLRAD_SHOOTER_FAR2] && steep && 64 * height * height > middle2) {
     REAL j[4];
     for (int i = 0; i < 4; i++) j[i] = shooter[CLRAD_SHOOTER_JACOBIAN + i];
     return clrad_cell_sum(r, z, j) * height / CLRAD_PI;
   }
-  if (above) {
+  if (above && off_plane) {
     REAL sum = 0, bound = 0;
     for (int i = 0; i < 4; i++) {
       const int next = (i + 1) & 3;
