@@ -25,7 +25,7 @@ constexpr int patches = 16, grid = 128;
 // Patch (i, j) of the ceiling (facing down) or of the wall x = half (facing -x).
 Shooter patch(bool wall, int i, int j) {
   const double side = 2 * half / patches, u = -half + i * side, v = -half + j * side;
-  const auto at = [&](double a, double b) { return wall ? glm::dvec3(half, a, b) : glm::dvec3(b, a, half); };
+  const auto at = [&](double a, double b) { return wall ? glm::dvec3(half, a, b) : glm::dvec3(a, b, half); };
   Shooter s;
   s.corners = 4;
   s.corner[0] = at(u, v), s.corner[1] = at(u, v + side), s.corner[2] = at(u + side, v + side),
@@ -96,7 +96,7 @@ double worst_error(Device& device, bool wall, const PointArray& receivers, const
     const auto values = factors.download();
     for (std::size_t i = 0; i < points.size(); i += 7) {
       const double exact = double(lambert(points[i], patch(wall, k, k)));
-      worst = std::max(worst, std::abs(values[i] - exact) / exact);
+      worst = std::max(worst, exact > 0 ? std::abs(values[i] - exact) / exact : INFINITY);
     }
   }
   return worst;

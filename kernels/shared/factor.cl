@@ -9,7 +9,8 @@
  *
  * The contour form loses digits by cancellation when the shooter looks small or is seen at a grazing angle; the area
  * form never does (its terms are positive), but needs cells that are small against their distance. Which is used:
- *   1. far (centre at least 3 times the longest edge away) and not grazing: Gauss rule on the whole shooter, plain;
+ *   1. far (centre at least 3 times the longest edge away) and wholly above the horizon: Gauss rule on the whole
+ *      shooter, with distances from the two planes in pairs where the view is grazing;
  *   2. else, no corner below the horizon: contour form, plain, with a running error bound; taken when the bound is small;
  *   3. else, carefully: positions, clipping, cross products and plane distances in pairs (twice the digits). Contour
  *      form when sum|terms| / |sum terms| is small, else Gauss rule on bisected cells, each far in the sense of 1.
@@ -324,8 +325,8 @@ REAL clrad_exact_factor(__global const REAL* shooter, clrad_vector p, clrad_vect
   clrad_vector r[4];
   REAL z[4], r2[4];
   REAL nearest2 = CLRAD_R(1e30);
-  int steep = 1;     /* all corners high above the horizon: z is accurate */
-  int above = 1;     /* none below it by more than rounding */
+  int steep = 1; /* all corners high above the horizon: z is accurate */
+  int above = 1; /* none below it by more than rounding */
   int some_above = 0;
   for (int i = 0; i < 4; i++) {
     r[i] = clrad_plus(clrad_minus(clrad_load(shooter + CLRAD_SHOOTER_HI + 3 * i), p),
@@ -349,10 +350,20 @@ REAL clrad_exact_factor(__global const REAL* shooter, clrad_vector p, clrad_vect
   const int off_plane = height * height > 64 * CLRAD_EPSILON * CLRAD_EPSILON * middle2; /* its sign is sure */
   if (!some_above || (height < 0 && off_plane)) return 0;
 
-  if (middle2 >= shooter[CLRAD_SHOOTER_FAR2] && steep && 64 * height * height > middle2) {
+  if (middle2 >= shooter[CLRAD_SHOOTER_FAR2]) {
+    /* At grazing angles the distances from the two planes lose digits: those alone are taken in pairs. */
+    const REAL h = 64 * height * height > middle2 ? height : clrad_height(shooter, p, p_lo);
+    if (!(h > 0)) return 0;
+    if (!steep) {
+      steep = 1;
+      for (uint i = 0; i < 4; i++) {
+        z[i] = clrad_corner_height(shooter, i, n, clrad_make(0, 0, 0), p, p_lo);
+        steep &= z[i] >= 0;
+      }
+    }
     REAL j[4];
     for (int i = 0; i < 4; i++) j[i] = shooter[CLRAD_SHOOTER_JACOBIAN + i];
-    return clrad_cell_sum(r, z, j) * height / CLRAD_PI;
+    if (steep) return clrad_cell_sum(r, z, j) * h / CLRAD_PI;
   }
   if (above && off_plane) {
     REAL sum = 0, bound = 0;
