@@ -163,12 +163,12 @@ int main(int argc, char** argv) {
   CLI::App app{
       "Makes scenes of any size as OBJ and MTL, in metres. The same arguments give the same file.\n"
       "  make_scene office --desks 60 -o office.obj                  about 30 k triangles\n"
-      "  make_scene hall --columns 200 --sides 64 -o hall.obj        about 250 k triangles\n"
+      "  make_scene hall --columns 212 --sides 64 -o hall.obj        about 250 k triangles\n"
       "  make_scene boxes --polygons 1000 --seed 7 -o boxes.obj      exactly 1000 polygons",
       "make_scene"};
   app.require_subcommand(1);
   std::string output;
-  int desks = 60, columns = 200, sides = 64, polygons = 1000;
+  int desks = 60, columns = 212, sides = 64, polygons = 1000;
   std::uint64_t seed = 1;
   const auto verb = [&](const char* name, const char* what) {
     CLI::App* sub = app.add_subcommand(name, what);

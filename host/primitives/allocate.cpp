@@ -20,15 +20,14 @@ std::uint64_t compact_passes(Device& device, const cl::Buffer& flags, std::uint6
   check_buffer("compact", "indices", indices, n);
   const bool tree = trees(device);
   const Blocks blocks = cut_blocks(device, n);
-  auto& sums = scan_scratch(device);
+  auto& sums = grown_block_sums(device, blocks);
   if (blocks.count == 1) {
-    grow(device, sums, 4097, "block sums of a scan");
     device.run_local(file, tree ? "compact_short_trees" : "compact_short_blocks", blocks.local, blocks.local,
                      flags, n, sums, indices);
     return 0;
   }
-  scan_block_sums(device, flags, n, blocks, scan_flags, sums);
-  device.run_local(file, tree ? "compact_trees" : "compact_blocks", blocks.items, blocks.local, flags, n,
+  scan_block_sums(device, flags, n, blocks, 0, blocks.count, scan_flags, sums);
+  device.run_local(file, tree ? "compact_trees" : "compact_blocks", blocks.items(), blocks.local, flags, n,
                    blocks.length, sums, indices);
   return blocks.count;
 }

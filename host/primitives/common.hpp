@@ -50,8 +50,11 @@ inline Array<std::uint64_t>& scan_scratch(Device& device) {
 struct Blocks {
   std::uint64_t length = 0;
   std::uint32_t count = 0;
-  std::uint64_t items = 0;  ///< to launch for one pass over all blocks
-  unsigned local = 0;
+  unsigned local = 0;           ///< work-items per block
+  std::uint32_t at_a_time = 0;  ///< blocks that go through all passes while they are in the cache
+
+  std::uint64_t items(std::uint32_t block_count) const { return std::uint64_t(block_count) * local; }
+  std::uint64_t items() const { return items(count); }
 };
 Blocks cut_blocks(const Device& device, std::uint64_t n);
 
@@ -62,9 +65,12 @@ inline bool trees(const Device& device) {
 /// `mode` bits of kernels/primitives/scan.cl.
 constexpr std::uint32_t scan_inclusive = 1, scan_flags = 2, scan_append = 4;
 
-/// Block sums, then their exclusive sums and the total in sums[blocks.count].
+/// The kept array of block sums, long enough for `blocks`.
+Array<std::uint64_t>& grown_block_sums(Device& device, const Blocks& blocks);
+/// Sums up to each of the blocks [first, last): sums[b] is what comes before block b, sums[blocks.count] the
+/// total. Ranges are taken in ascending order, the first from 0.
 void scan_block_sums(Device& device, const cl::Buffer& in, std::uint64_t n, const Blocks& blocks,
-                     std::uint32_t mode, Array<std::uint64_t>& sums);
+                     std::uint32_t first, std::uint32_t last, std::uint32_t mode, Array<std::uint64_t>& sums);
 /// All passes of a scan; returns where in scan_scratch() the total (ulong) lies.
 std::uint64_t scan_passes(Device& device, const cl::Buffer& in, const cl::Buffer& out, std::uint64_t n,
                           std::uint32_t mode);

@@ -69,7 +69,7 @@ ArgMax argmax_float(Device& device, const cl::Buffer& in, std::uint64_t n) {
   auto& scratch = device.kept<Scratch>();
   grow(device, scratch.block_values, std::max<std::uint64_t>(blocks.count, 4096), "block maxima");
   grow(device, scratch.block_indices, std::max<std::uint64_t>(blocks.count, 4096), "block maxima");
-  device.run_local(file, trees(device) ? "arg_trees" : "arg_blocks", blocks.items, blocks.local, in, n,
+  device.run_local(file, trees(device) ? "arg_trees" : "arg_blocks", blocks.items(), blocks.local, in, n,
                    blocks.length, -1.0f, scratch.block_values, scratch.block_indices);
   const auto values = scratch.block_values.download(0, blocks.count);
   const auto indices = scratch.block_indices.download(0, blocks.count);

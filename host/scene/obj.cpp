@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <clrad/error.hpp>
+#include <cmath>
 #include <filesystem>
 #include <map>
 #include <numbers>
@@ -38,10 +39,12 @@ class MtlReader : public tinyobj::MaterialReader {
   MtlReader(RawScene& scene, const ObjLines& lines) : scene_(scene), lines_(lines) {}
 
   // Always false: after true the library would skip the other files of the same `mtllib` line.
-  bool operator()(const std::string& name, std::vector<tinyobj::material_t>* materials,
+  bool operator()(const std::string& word, std::vector<tinyobj::material_t>* materials,
                   std::map<std::string, int>* index_of, std::string* warn, std::string* err) override {
+    if (word.empty()) return false;
+    const std::string name = name_with_blanks(word);
     if (!read_.insert(name).second) return false;
-    const std::string file = (std::filesystem::path(scene_.file).parent_path() / name).string();
+    const std::string file = beside(name);
     std::string text;
     try {
       text = with_plain_lines(read_file(file));
@@ -63,6 +66,20 @@ class MtlReader : public tinyobj::MaterialReader {
   const std::vector<std::uint32_t>& scene_material() const { return scene_material_; }
 
  private:
+  std::string beside(const std::string& name) const {
+    return (std::filesystem::path(scene_.file).parent_path() / name).string();
+  }
+
+  // The library splits a `mtllib` line at blanks. Where the whole line names a file, that is the file.
+  std::string name_with_blanks(const std::string& word) const {
+    for (const ObjNameLine& mtllib : lines_.mtllib) {
+      std::error_code ignored;
+      const bool inside = mtllib.name.find(word) != std::string::npos && mtllib.name.size() > word.size();
+      if (inside && std::filesystem::is_regular_file(beside(mtllib.name), ignored)) return mtllib.name;
+    }
+    return word;
+  }
+
   std::uint32_t line_of(const std::string& name) const {
     for (const ObjNameLine& mtllib : lines_.mtllib) {
       if (mtllib.name.find(name) != std::string::npos) return mtllib.line;
@@ -88,9 +105,9 @@ class MtlReader : public tinyobj::MaterialReader {
         scene_material_[k++] = static_cast<std::uint32_t>(scene_.materials.size());
       }
       scene_.materials.push_back(material_of(m, file));
-      if (m.radiance_line > 0 && std::min({m.radiance[0], m.radiance[1], m.radiance[2]}) < 0) {
-        scene_.materials.back().where.line = m.radiance_line;
-      }
+      const bool sound = std::all_of(m.radiance.begin(), m.radiance.end(),
+                                     [](double l) { return l >= 0 && std::isfinite(l); });
+      if (!sound) scene_.materials.back().where.line = m.radiance_line;
     }
   }
 

@@ -109,9 +109,12 @@ std::optional<std::array<double, 3>> parse_color(const std::vector<std::string_v
 
 std::string with_plain_lines(std::string text) {
   if (text.starts_with("\xEF\xBB\xBF")) text.replace(0, 3, "   ");
-  for (std::size_t i = text.find('\r'); i != std::string::npos; i = text.find('\r', i + 1)) {
-    text[i] = i + 1 < text.size() && text[i + 1] == '\n' ? ' ' : '\n';
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] == '\r' && i + 1 < text.size() && text[i + 1] == '\n') continue;
+    text[kept++] = text[i] == '\r' ? '\n' : text[i];
   }
+  text.resize(kept);
   return text;
 }
 

@@ -69,8 +69,8 @@ template <class Visit>
 void for_cells_near(const Point4& at, double reach, double cell, Visit visit) {
   std::array<std::int64_t, 4> low{}, high{};
   for (int k = 0; k < 4; ++k) {
-    low[k] = static_cast<std::int64_t>(std::floor((at[k] - reach) / cell));
-    high[k] = static_cast<std::int64_t>(std::floor((at[k] + reach) / cell));
+    low[k] = static_cast<std::int64_t>(std::floor((at[k] - reach) / cell + 0.5));
+    high[k] = static_cast<std::int64_t>(std::floor((at[k] + reach) / cell + 0.5));
   }
   std::array<std::int64_t, 4> c{};
   for (c[0] = low[0]; c[0] <= high[0]; ++c[0])

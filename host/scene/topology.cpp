@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstdint>
@@ -70,6 +71,13 @@ struct Link {
   bool opposed;  // the two polygons face different ways across their common edge
 };
 
+// Two polygons that share two sides the same way round lie on each other; they are not neighbours.
+bool lies_on(const std::vector<Link>& links, const Link& link) {
+  return link.opposed && std::count_if(links.begin(), links.end(), [&](const Link& other) {
+                           return other.opposed && other.to == link.to;
+                         }) > 1;
+}
+
 }  // namespace
 
 bool is_watertight(const Scene& scene) {
@@ -121,6 +129,7 @@ void check_orientation(const Scene& scene, std::vector<Diagnostic>& findings) {
     for (std::size_t next = 0; next < surface.size(); ++next) {
       const Index p = surface[next];
       for (const Link& link : links[p]) {
+        if (lies_on(links[p], link)) continue;
         const auto wanted = static_cast<std::int8_t>(facing[p] ^ static_cast<std::int8_t>(link.opposed));
         if (facing[link.to] == unseen) {
           facing[link.to] = wanted;

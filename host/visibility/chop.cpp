@@ -1,6 +1,7 @@
 #include "visibility/chop.hpp"
 
 #include <algorithm>
+#include <functional>
 #include <utility>
 #include <vector>
 
@@ -15,7 +16,8 @@ namespace {
 constexpr const char* file = "visibility/chop.cl";
 constexpr std::uint32_t tally_items = 64;
 
-/// Cells in a wave unless the grid is that small anyway, and rays in a batch: measured, see bench/visibility.cpp.
+/// Cells in a wave unless the grid is that small anyway, and rays in a batch: measured, see
+/// bench/visibility.cpp.
 constexpr std::uint32_t usual_slab = 8;
 constexpr std::uint32_t usual_batch = 1u << 16;
 constexpr std::uint32_t least_batch = 64;
@@ -30,8 +32,8 @@ struct Pieces {
 
 /// All that a batch needs, kept from batch to batch.
 struct Scratch {
-  Array<float> ray_ends, ray_t, slot_t, least;
-  Array<std::uint32_t> ray_planes, ray_cells, ray_triangle, more, blocked, flags, alive;
+  Array<float> ray_t, slot_t, least;
+  Array<std::uint32_t> from, to, ray_cells, ray_triangle, more, blocked, flags, alive;
   Array<std::uint32_t> doubt, doubtful, slot_triangle, positions, at;
   Pieces here, there;
   Allocation cut, pairs;
@@ -43,20 +45,22 @@ struct Batch {
   std::uint32_t rays() const { return origins * run; }
 };
 
-class Chop final : public VisibilityEngine {
+class Chop final : public ChopEngine {
  public:
   Chop(Device& device, std::span<const OccluderTriangle> triangles, const ChopOptions& options)
       : device_(device),
         options_(options),
         occluders_(device, triangles),
         grid_(device, occluders_, options.cells),
-        packets_(device, std::max<std::uint64_t>(1, std::uint64_t(grid_.blocks) * grid_.width * 17), "triangle packets"),
-        packet_planes_(device, std::max<std::uint64_t>(1, std::uint64_t(grid_.blocks) * grid_.width), "packet planes"),
-        sums_(device, 2 * tally_items, "visibility counts"),
-        batch_sums_(device, 2 * tally_items, "visibility counts of a batch") {
+        packets_(device, std::max<std::uint64_t>(1, std::uint64_t(grid_.blocks) * grid_.width * 17),
+                 "triangle packets"),
+        packet_planes_(device, std::max<std::uint64_t>(1, std::uint64_t(grid_.blocks) * grid_.width),
+                       "packet planes"),
+        sums_(device, 3 * tally_items, "visibility counts"),
+        batch_sums_(device, 3 * tally_items, "visibility counts of a batch") {
     const std::uint32_t lanes = grid_.blocks * grid_.width;
-    device_.run(file, "chop_packets", lanes, lanes, grid_.lanes, occluders_.triangles, occluders_.facets, packets_,
-                packet_planes_);
+    device_.run(file, "chop_packets", lanes, lanes, grid_.lanes, occluders_.triangles, occluders_.facets,
+                packets_, packet_planes_);
     sums_.fill_zero();
     for (std::uint32_t a = 0; a < 3; ++a)
       if (grid_.cells[a] > 1) axes_.push_back(a);
@@ -76,8 +80,8 @@ class Chop final : public VisibilityEngine {
       trace(s, b, false);
       const auto stage = device_.stage("pack visibility masks");
       const std::uint32_t words_now = (b.run + 31) / 32;
-      device_.run(file, "chop_masks", b.origins * words_now, b.origins * words_now, b.first_origin, b.first_sample / 32,
-                  words_now, words, b.run, scratch_.blocked, masks);
+      device_.run(file, "chop_masks", b.origins * words_now, b.origins * words_now, b.first_origin,
+                  b.first_sample / 32, words_now, words, b.run, scratch_.blocked, masks);
     });
   }
 
@@ -88,7 +92,8 @@ class Chop final : public VisibilityEngine {
     in_batches(s, [&](const Batch& b) {
       trace(s, b, true);
       const auto stage = device_.stage("nearest hit of each ray");
-      const std::uint64_t first = std::uint64_t(b.first_origin) * (s.samples ? s.samples : 1) + b.first_sample;
+      const std::uint64_t first =
+          std::uint64_t(b.first_origin) * (s.samples ? s.samples : 1) + b.first_sample;
       device_.run(file, "chop_results", b.rays(), b.rays(), first, scratch_.ray_t, scratch_.ray_triangle,
                   occluders_.input_index, triangle, t);
     });
@@ -100,9 +105,34 @@ class Chop final : public VisibilityEngine {
     for (std::uint32_t i = 0; i < tally_items; ++i) {
       c.candidates += sums[i];
       c.exact += sums[tally_items + i];
+      // Where nothing is cut a piece is a ray that meets the box of the one voxel.
+      if (axes_.empty()) c.pieces += sums[2 * tally_items + i];
     }
     return c;
   }
+
+  std::vector<RayPiece> pieces(const Segments& s) override {
+    check(s);
+    std::vector<RayPiece> all;
+    in_batches(s, [&](const Batch& b) {
+      const std::uint64_t first =
+          std::uint64_t(b.first_origin) * (s.samples ? s.samples : 1) + b.first_sample;
+      trace(s, b, true, [&](std::uint32_t count) {
+        const auto& p = scratch_.here;
+        const auto ray = p.ray.download(0, count), cell = p.cell.download(0, count);
+        const auto t0 = p.t0.download(0, count), t1 = p.t1.download(0, count);
+        for (std::uint32_t i = 0; i < count; ++i)
+          if (t0[i] <= t1[i])
+            all.push_back({std::uint32_t(first + ray[i]),
+                           {cell[i] & 1023u, cell[i] >> 10 & 1023u, cell[i] >> 20},
+                           t0[i],
+                           t1[i]});
+      });
+    });
+    return all;
+  }
+
+  const Grid& grid() const override { return grid_; }
 
  private:
   Device& device_;
@@ -117,6 +147,7 @@ class Chop final : public VisibilityEngine {
   Scratch scratch_;
   VisibilityCounts counts_;
   std::uint64_t batch_pieces_ = 0;
+  std::uint32_t run_ = 1, pairs_ = 0;    ///< how ray numbers of the batch stand for its ends
   std::uint32_t smaller_ = 0xffffffffu;  ///< rays that fitted after a batch did not
 
   static void check(const Segments& s) {
@@ -163,7 +194,7 @@ class Chop final : public VisibilityEngine {
         batch_pieces_ = 0;
         batch_sums_.fill_zero();
         body(b);
-        device_.run(file, "chop_fold", 2 * tally_items, 2 * tally_items, batch_sums_, sums_);
+        device_.run(file, "chop_fold", 3 * tally_items, 3 * tally_items, batch_sums_, sums_);
       } catch (const Error&) {
         scratch_ = {};
         if (b.rays() <= least_batch) throw;
@@ -186,11 +217,13 @@ class Chop final : public VisibilityEngine {
   }
 
   static const char* cut_name(std::uint32_t axis) {
-    constexpr const char* names[] = {"chop rays along x", "chop rays along y", "chop rays along z", "allocate candidates"};
+    constexpr const char* names[] = {"chop rays along x", "chop rays along y", "chop rays along z",
+                                     "allocate candidates"};
     return names[axis];
   }
 
-  void trace(const Segments& s, const Batch& b, bool nearest) {
+  void trace(const Segments& s, const Batch& b, bool nearest,
+             const std::function<void(std::uint32_t)>& look = nullptr) {
     const std::uint32_t rays = b.rays(), first_axis = axes_.empty() ? 3 : axes_[0];
     need_rays(rays, nearest);
     {
@@ -201,10 +234,19 @@ class Chop final : public VisibilityEngine {
         device_.fill_bytes(scratch_.ray_triangle.buffer(), CLRAD_NONE, rays * 4ull);
       }
       auto& p = scratch_.here;
-      device_.run(file, "chop_rays", rays, rays, b.first_origin, b.first_sample, b.run, s.samples, *s.origins,
-                  s.active ? s.active->buffer() : s.origins->buffer(), cl_uint(s.active != nullptr), *s.targets,
-                  grid_.frame, grid_.first_block, slab_, first_axis, scratch_.ray_ends, scratch_.ray_planes,
-                  scratch_.ray_cells, scratch_.more, p.ray, p.cell, p.t0, p.t1, p.counts);
+      run_ = b.run;
+      pairs_ = s.samples == 0;
+      const auto& active = s.active ? s.active->buffer() : s.origins->buffer();
+      const std::uint32_t ends = pairs_ ? rays : b.run;
+      need(scratch_.from, b.origins * 8ull, "ray origins");
+      need(scratch_.to, ends * 8ull, "ray targets");
+      device_.run(file, "chop_ends", b.origins, b.origins, b.first_origin, *s.origins, active,
+                  cl_uint(s.active != nullptr), scratch_.from);
+      device_.run(file, "chop_ends", ends, ends, pairs_ ? b.first_origin : b.first_sample, *s.targets, active,
+                  cl_uint(pairs_ && s.active != nullptr), scratch_.to);
+      device_.run(file, "chop_rays", rays, rays, scratch_.from, scratch_.to, run_, pairs_, grid_.frame,
+                  grid_.first_block, slab_, first_axis, scratch_.ray_cells, scratch_.more, p.ray, p.cell,
+                  p.t0, p.t1, p.counts);
     }
     if (grid_.blocks == 0) return;
     std::uint32_t count = rays;
@@ -217,21 +259,20 @@ class Chop final : public VisibilityEngine {
         need_pieces(scratch_.here, count);
         auto& p = scratch_.here;
         device_.run(file, "chop_wave", count, count, scratch_.alive, wave, slab_, first_axis, grid_.frame,
-                    grid_.first_block, scratch_.ray_ends, scratch_.ray_cells, scratch_.more, p.ray, p.cell, p.t0, p.t1,
-                    p.counts);
+                    grid_.first_block, scratch_.from, scratch_.to, run_, pairs_, scratch_.ray_cells,
+                    scratch_.more, p.ray, p.cell, p.t0, p.t1, p.counts);
       }
       const std::uint32_t pieces = cut(count, nearest);
+      if (look) look(pieces);
       test(count, pieces, nearest, wave);
       if (slab_ == 0) break;
     }
   }
 
   void need_rays(std::uint32_t rays, bool nearest) {
-    need(scratch_.ray_ends, rays * 12ull, "ray ends");
-    need(scratch_.ray_planes, rays * 2ull, "ray planes");
-    need(scratch_.ray_cells, rays, "ray cells");
-    need(scratch_.more, rays, "rays that go on");
     need(scratch_.blocked, rays, "blocked rays");
+    need(scratch_.ray_cells, slab_ ? rays : 1, "ray cells");
+    need(scratch_.more, slab_ ? rays : 1, "rays that go on");
     if (slab_) {
       need(scratch_.flags, rays, "ray flags");
       need(scratch_.alive, rays, "rays alive");
@@ -251,8 +292,9 @@ class Chop final : public VisibilityEngine {
     need(p.counts, count, "ray pieces: counts");
   }
 
-  /// Cuts the rays of scratch_.here along every axis that has cells; returns how many pieces there are then, and leaves
-  /// them in scratch_.here. For the nearest hit scratch_.positions says where each ray's pieces begin.
+  /// Cuts the rays of scratch_.here along every axis that has cells; returns how many pieces there are then,
+  /// and leaves them in scratch_.here. For the nearest hit scratch_.positions says where each ray's pieces
+  /// begin.
   std::uint32_t cut(std::uint32_t rays, bool nearest) {
     std::uint32_t pieces = rays;
     for (std::size_t k = 0; k < axes_.size(); ++k) {
@@ -263,13 +305,14 @@ class Chop final : public VisibilityEngine {
       const std::uint32_t total = scratch_.cut.total;
       auto &from = scratch_.here, &to = scratch_.there;
       need_pieces(to, total);
-      device_.run(file, "chop_cut", total, total, axis, next, scratch_.cut.offsets, scratch_.cut.owner, scratch_.cut.rank,
-                  grid_.frame, grid_.first_block, scratch_.ray_ends, scratch_.ray_cells, from.ray, from.cell, from.t0,
-                  from.t1, to.ray, to.cell, to.t0, to.t1, to.counts);
+      device_.run(file, "chop_cut", total, total, axis, next, scratch_.cut.offsets, scratch_.cut.owner,
+                  scratch_.cut.rank, grid_.frame, grid_.first_block, scratch_.from, scratch_.to, run_, pairs_,
+                  scratch_.ray_cells, cl_uint(slab_ > 0), from.ray, from.cell, from.t0, from.t1, to.ray,
+                  to.cell, to.t0, to.t1, to.counts);
       std::swap(from, to);
       pieces = total;
     }
-    batch_pieces_ += pieces;
+    if (!axes_.empty()) batch_pieces_ += pieces;
     return pieces;
   }
 
@@ -298,49 +341,52 @@ class Chop final : public VisibilityEngine {
       if (nearest) {
         need(scratch_.slot_t, slots, "candidate hits");
         need(scratch_.slot_triangle, slots, "candidate triangles");
-        device_.run(file, "chop_test_nearest", slots, slots, owner, rank, p.ray, p.cell, grid_.frame, grid_.first_block,
-                    packets_, grid_.lanes, packet_planes_, occluders_.triangles, occluders_.facets, scratch_.ray_ends,
-                    scratch_.ray_planes, scratch_.slot_t, scratch_.slot_triangle, scratch_.doubt);
+        device_.run(file, "chop_test_nearest", slots, slots, owner, rank, p.ray, p.cell, grid_.frame,
+                    grid_.first_block, packets_, grid_.lanes, packet_planes_, occluders_.triangles,
+                    occluders_.facets, scratch_.from, scratch_.to, run_, pairs_, scratch_.slot_t,
+                    scratch_.slot_triangle, scratch_.doubt);
       } else {
-        device_.run(file, "chop_test_any", slots, slots, owner, rank, p.ray, p.cell, grid_.frame, grid_.first_block,
-                    packets_, grid_.lanes, packet_planes_, scratch_.ray_ends, scratch_.ray_planes, scratch_.blocked,
-                    scratch_.doubt);
+        device_.run(file, "chop_test_any", slots, slots, owner, rank, p.ray, p.cell, grid_.frame,
+                    grid_.first_block, packets_, grid_.lanes, packet_planes_, scratch_.from, scratch_.to,
+                    run_, pairs_, scratch_.blocked, scratch_.doubt);
       }
     }
     {
       const auto stage = device_.stage("decide close candidates exactly");
       const std::uint32_t n = compact(device_, scratch_.doubt.buffer(), slots, scratch_.doubtful.buffer());
       if (nearest)
-        device_.run(file, "chop_exact_nearest", n, n, scratch_.doubtful, owner, rank, p.ray, p.cell, grid_.frame,
-                    grid_.first_block, grid_.lanes, occluders_.triangles, occluders_.facets, scratch_.ray_ends,
-                    scratch_.ray_planes, scratch_.doubt, scratch_.slot_t, scratch_.slot_triangle);
+        device_.run(file, "chop_exact_nearest", n, n, scratch_.doubtful, owner, rank, p.ray, p.cell,
+                    grid_.frame, grid_.first_block, grid_.lanes, occluders_.triangles, occluders_.facets,
+                    scratch_.from, scratch_.to, run_, pairs_, scratch_.doubt, scratch_.slot_t,
+                    scratch_.slot_triangle);
       else
         device_.run(file, "chop_exact_any", n, n, scratch_.doubtful, owner, rank, p.ray, p.cell, grid_.frame,
-                    grid_.first_block, grid_.lanes, occluders_.triangles, scratch_.ray_ends, scratch_.ray_planes,
-                    scratch_.doubt, scratch_.blocked);
+                    grid_.first_block, grid_.lanes, occluders_.triangles, scratch_.from, scratch_.to, run_,
+                    pairs_, scratch_.doubt, scratch_.blocked);
       if (n)
-        device_.run(file, "chop_tally_exact", tally_items, tally_items, n, scratch_.doubtful, scratch_.doubt, batch_sums_);
-      device_.run(file, "chop_tally_candidates", tally_items, tally_items, pieces, p.cell, p.counts, grid_.frame,
-                  grid_.held, batch_sums_);
+        device_.run(file, "chop_tally_exact", tally_items, tally_items, n, scratch_.doubtful, scratch_.doubt,
+                    batch_sums_);
+      device_.run(file, "chop_tally_candidates", tally_items, tally_items, pieces, p.cell, p.counts,
+                  grid_.frame, grid_.held, batch_sums_);
     }
     if (nearest) {
       const auto stage = device_.stage("nearest hit of each ray");
       follow(rays, axes_.empty(), scratch_.pairs.offsets);
       need(scratch_.least, rays, "least hits");
       need(scratch_.at, rays, "least positions");
-      segmented_reduce_min(device_, scratch_.slot_t.buffer(), scratch_.positions.buffer(), scratch_.least.buffer(),
-                           scratch_.at.buffer(), rays);
-      device_.run(file, "chop_nearest", rays, rays, scratch_.positions, scratch_.least, scratch_.at, scratch_.slot_t,
-                  scratch_.slot_triangle, wave > 0 ? scratch_.alive : scratch_.ray_cells, cl_uint(wave > 0), scratch_.ray_t,
-                  scratch_.ray_triangle);
+      segmented_reduce_min(device_, scratch_.slot_t.buffer(), scratch_.positions.buffer(),
+                           scratch_.least.buffer(), scratch_.at.buffer(), rays);
+      device_.run(file, "chop_nearest", rays, rays, scratch_.positions, scratch_.least, scratch_.at,
+                  scratch_.slot_t, scratch_.slot_triangle, wave > 0 ? scratch_.alive : scratch_.ray_cells,
+                  cl_uint(wave > 0), scratch_.ray_t, scratch_.ray_triangle);
     }
   }
 };
 
 }  // namespace
 
-std::unique_ptr<VisibilityEngine> make_chop(Device& device, std::span<const OccluderTriangle> triangles,
-                                            const ChopOptions& options) {
+std::unique_ptr<ChopEngine> make_chop(Device& device, std::span<const OccluderTriangle> triangles,
+                                      const ChopOptions& options) {
   return std::make_unique<Chop>(device, triangles, options);
 }
 

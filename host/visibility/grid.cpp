@@ -18,7 +18,8 @@ constexpr std::uint32_t most_cells = 1024;
 
 using Cells = std::array<std::uint32_t, 3>;
 
-/// The box leaves twice the pad around the triangles: where a segment is clipped to it, it is still clear of them.
+/// The box leaves twice the pad around the triangles: where a segment is clipped to it, it is still clear of
+/// them.
 std::vector<float> make_frame(const Occluders& occluders, const Cells& cells) {
   std::vector<float> frame(12);
   for (int a = 0; a < 3; ++a) {
@@ -65,8 +66,8 @@ Grid::Lists Grid::overlaps(Device& device, const Occluders& occluders, Cells res
   l.voxel = Array<std::uint32_t>(device, std::max(slots, 1u), "grid voxel numbers");
   l.held = Array<std::uint32_t>(device, count, "grid voxel counts");
   l.held.fill_zero();
-  device.run(file, "grid_overlap", slots, slots, occluders.triangles, l.frame, l.slots.owner, l.slots.rank, l.flags,
-             l.voxel, l.held);
+  device.run(file, "grid_overlap", slots, slots, occluders.triangles, l.frame, l.slots.owner, l.slots.rank,
+             l.flags, l.voxel, l.held);
   l.first_block = Array<std::uint32_t>(device, count + 1, "grid list starts");
   device.run(file, "grid_blocks", count + 1, count + 1, count, l.held, l.first_block);
   scan_uint(device, Sum::exclusive, l.first_block.buffer(), l.first_block.buffer(), count + 1);
@@ -91,7 +92,8 @@ void Grid::sort(Device& device, Lists l) {
   picked = {};
   l.voxel = {};
   l.slots = {};
-  radix_sort(device, keys.buffer(), values.buffer(), pairs, std::max(1u, unsigned(std::bit_width(count - 1))));
+  radix_sort(device, keys.buffer(), values.buffer(), pairs,
+             std::max(1u, unsigned(std::bit_width(count - 1))));
 
   Array<std::uint32_t> first(device, count, "grid pair starts");
   scan_uint(device, Sum::exclusive, held.buffer(), first.buffer(), count);
@@ -111,8 +113,8 @@ Grid::Grid(Device& device, const Occluders& occluders, Cells wanted, const GridC
     sort(device, overlaps(device, occluders, wanted));
     return;
   }
-  // A segment between two random places spans a third of the box along each axis, hence (nx + ny + nz) / 3 planes;
-  // each of its pieces meets the lists of a voxel taken at random.
+  // A segment between two random places spans a third of the box along each axis, hence (nx + ny + nz) / 3
+  // planes; each of its pieces meets the lists of a voxel taken at random.
   const auto cost = [&](const Lists& l) {
     const double pieces = 1 + (double(l.cells[0]) + l.cells[1] + l.cells[2] - 3) / 3;
     return pieces * (costs.piece + costs.block * l.blocks / (double(l.cells[0]) * l.cells[1] * l.cells[2]));
@@ -128,7 +130,8 @@ Grid::Grid(Device& device, const Occluders& occluders, Cells wanted, const GridC
     if (cells_now == last) continue;
     last = cells_now;
     const double voxels_now = double(cells_now[0]) * cells_now[1] * cells_now[2];
-    if (best && (voxels_now > 16.0 * occluders.count + 64 || voxels_now * 40 > device.ledger()->limit / 16.0)) break;
+    if (best && (voxels_now > 16.0 * occluders.count + 64 || voxels_now * 40 > device.ledger()->limit / 16.0))
+      break;
     try {
       Lists lists = overlaps(device, occluders, cells_now);
       const double mine = cost(lists);

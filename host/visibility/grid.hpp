@@ -16,8 +16,8 @@ struct GridCosts {
 
 class Grid {
  public:
-  /// cells: voxels along x, y, z, at most 1024 each; {0, 0, 0}: by `costs`, each pass trying a finer grid until two in
-  /// a row do not pay or the lists would take more than a quarter of the device's memory budget.
+  /// cells: voxels along x, y, z, at most 1024 each; {0, 0, 0}: by `costs`, each pass trying a finer grid
+  /// until two in a row do not pay or the lists would take more than a quarter of the device's memory budget.
   Grid(Device& device, const Occluders& occluders, std::array<std::uint32_t, 3> cells = {0, 0, 0},
        const GridCosts& costs = {});
 
@@ -26,10 +26,11 @@ class Grid {
   std::uint32_t width = 1;   ///< triangles in a block
   std::uint32_t blocks = 0;  ///< of all voxels
 
-  Array<float> frame;                ///< 12: corner, cell size, 1 / cell size, cells (kernels/shared/voxel.cl)
-  Array<std::uint32_t> held;         ///< voxels: triangles in the list of each
-  Array<std::uint32_t> first_block;  ///< voxels + 1: blocks of voxel v are [first_block[v], first_block[v + 1])
-  Array<std::uint32_t> lanes;        ///< blocks * width: occluder index, CLRAD_NONE past a list's end
+  Array<float> frame;         ///< 12: corner, cell size, 1 / cell size, cells (kernels/shared/voxel.cl)
+  Array<std::uint32_t> held;  ///< voxels: triangles in the list of each
+  Array<std::uint32_t>
+      first_block;             ///< voxels + 1: blocks of voxel v are [first_block[v], first_block[v + 1])
+  Array<std::uint32_t> lanes;  ///< blocks * width: occluder index, CLRAD_NONE past a list's end
 
  private:
   struct Lists;

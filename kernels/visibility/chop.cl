@@ -1,4 +1,5 @@
-/* Visibility by chopping rays into voxels: object-parallel and ray-parallel (section 1.3.2 of the paper, figure 1.2).
+/* Visibility by chopping rays into voxels: object-parallel and ray-parallel (section 1.3.2 of the paper,
+ * figure 1.2).
  *
  *   per ray                cut to the grid's box, count the x planes crossed      -> allocate
  *   per (ray, x slab)      piece of the ray in it, count the y planes crossed     -> allocate
@@ -7,13 +8,15 @@
  *   per (ray, candidates)  intersect
  *   per ray                blocked by any, or the nearest (segmented min)
  *
- * Candidates come in blocks of CLRAD_WIDTH triangles of one voxel, laid out for vectors: a work-item tests one ray
- * against one block. With width 1 that is the paper's one processor per ray and candidate. Axes with a single cell are
- * not cut. Where a ray crosses plane i is one function of i (shared/voxel.cl): neighbouring pieces share that number,
- * nothing is accumulated along a ray, and the pieces of a ray follow each other from its origin to its target.
+ * Candidates come in blocks of CLRAD_WIDTH triangles of one voxel, laid out for vectors: a work-item tests
+ * one ray against one block. With width 1 that is the paper's one processor per ray and candidate. Axes with
+ * a single cell are not cut. Where a ray crosses plane i is one function of i (shared/voxel.cl): neighbouring
+ * pieces share that number, nothing is accumulated along a ray, and the pieces of a ray follow each other
+ * from its origin to its target.
  *
- * Long rays are handled in waves, front to back: wave w holds the part of a ray that lies in its w-th run of `slab`
- * cells along the axis on which it crosses most cells. Rays that are blocked take no part in the next wave.
+ * Long rays are handled in waves, front to back: wave w holds the part of a ray that lies in its w-th run of
+ * `slab` cells along the axis on which it crosses most cells. Rays that are blocked take no part in the next
+ * wave.
  *
  * A piece is (ray, cell, t0, t1); cell = x | y << 10 | z << 20.
  */
@@ -51,9 +54,10 @@ typedef uint16 lanes_uint;
 #define LOAD_FLOATS(at, p) vload16(at, p)
 #define LOAD_UINTS(at, p) vload16(at, p)
 #define MASK(condition) (condition)
-#define LANE_BITS \
-  (int16)(1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 2048, 4096, 8192, 16384, 32768)
+#define LANE_BITS (int16)(1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 2048, 4096, 8192, 16384, 32768)
 #endif
+
+#define ALWAYS_INLINE __attribute__((always_inline)) inline
 
 /* All lanes ored together. */
 inline int any_bits(lanes_int v) {
@@ -79,19 +83,61 @@ inline int any_bits(lanes_int v) {
 
 #define HIT_BIT 0x10000 /* of a block's verdict; bits 0..15: lanes that floats cannot decide */
 
-/* Words of a block in `packets`: floats x0 y0 z0 and their low parts, edges 0 and 2, normal, the two sizes. */
+/* Words of a block in `packets`: floats x0 y0 z0 and their low parts, edges 0 and 2, normal, the two sizes.
+ */
 #define PACKET_FLOATS 17
-#define RAY_FLOATS 12 /* origin, its low part, target, its low part: both ends on the visibility grid */
+/* A ray is two ends on the visibility grid: ray r of a batch goes from end r / run of `from` to end r % run
+ * of `to`, or, in pairs, from end r to end r. An end: x y z and their low parts as float bits, plane, spare.
+ */
+#define END_WORDS 8
 
-__kernel void chop_packets(uint lanes, __global const uint* triangle, __global const clrad_triangle* triangles,
-                           __global const clrad_facet* facets, __global float* packets, __global uint* plane) {
+typedef struct ray_ends {
+  __global const uint *a, *b;
+} ray_ends;
+
+inline ray_ends ends_of(__global const uint* from, __global const uint* to, uint run, uint pairs, uint r) {
+  ray_ends e;
+  e.a = from + (pairs ? r : r / run) * END_WORDS;
+  e.b = to + (pairs ? r : r % run) * END_WORDS;
+  return e;
+}
+
+inline float ray_origin(ray_ends e, uint axis) {
+  return as_float(e.a[axis]);
+}
+inline float ray_direction(ray_ends e, uint axis) {
+  return CLRAD_DIFFERENCE(as_float(e.b[axis]), as_float(e.b[3 + axis]), as_float(e.a[axis]),
+                          as_float(e.a[3 + axis]));
+}
+
+/* ends[i] = point first + i of the list, snapped. */
+__kernel void chop_ends(uint n, uint first, __global const CLRAD_POINT_T* points, __global const uint* active,
+                        uint use_active, __global uint* ends) {
+  uint i = get_global_id(0);
+  if (i >= n) return;
+  __global const CLRAD_POINT_T* point = points + (use_active ? active[first + i] : first + i);
+  clrad_grid_point g = clrad_snap_point(point);
+  __global uint* e = ends + i * END_WORDS;
+  e[0] = as_uint(clrad_grid_hi(g.x));
+  e[1] = as_uint(clrad_grid_hi(g.y));
+  e[2] = as_uint(clrad_grid_hi(g.z));
+  e[3] = as_uint(clrad_grid_lo(g.x));
+  e[4] = as_uint(clrad_grid_lo(g.y));
+  e[5] = as_uint(clrad_grid_lo(g.z));
+  e[6] = point->plane;
+  e[7] = 0;
+}
+
+__kernel void chop_packets(uint lanes, __global const uint* triangle,
+                           __global const clrad_triangle* triangles, __global const clrad_facet* facets,
+                           __global float* packets, __global uint* plane) {
   uint i = get_global_id(0);
   if (i >= lanes) return;
   __global float* p = packets + i / CLRAD_WIDTH * (PACKET_FLOATS * CLRAD_WIDTH) + i % CLRAD_WIDTH;
   uint k = triangle[i];
   if (k == CLRAD_NONE) {
-    /* All zero but for the sizes: E_U and E_S are then at least their floors and no volume reaches them, so the lane
-     * would be undecided; the plane number tells that there is nothing. */
+    /* All zero but for the sizes: E_U and E_S are then at least their floors and no volume reaches them, so
+     * the lane would be undecided; the plane number tells that there is nothing. */
     for (int f = 0; f < PACKET_FLOATS; ++f) p[f * CLRAD_WIDTH] = 0.0f;
     plane[i] = CLRAD_NONE;
     return;
@@ -118,63 +164,65 @@ __kernel void chop_packets(uint lanes, __global const uint* triangle, __global c
   p[16 * CLRAD_WIDTH] = f.normal_size;
 }
 
-/* ---- cutting ------------------------------------------------------------------------------------------------------ */
+/* ---- cutting
+ * ------------------------------------------------------------------------------------------------------ */
 
-inline float ray_direction(__global const float* ray, uint axis) {
-  return CLRAD_DIFFERENCE(ray[6 + axis], ray[9 + axis], ray[axis], ray[3 + axis]);
-}
-
-/* The part [*t0, *t1] of the ray inside the grid's box; 0 when there is none. */
-inline int clip(__global const float* ray, __global const float* frame, float* t0, float* t1) {
+/* The part [*t0, *t1] of the ray inside the grid's box; 0, and nothing written, when there is none. */
+inline int clip(ray_ends ray, __global const float* frame, float* t0, float* t1) {
   float begin = 0.0f, end = 1.0f;
   int inside = 1, moves = 0;
   for (uint a = 0; a < 3; ++a) {
-    float o = ray[a], d = ray_direction(ray, a);
+    float o = ray_origin(ray, a), d = ray_direction(ray, a);
     int n = convert_int(frame[9 + a]);
     float low = clrad_plane(frame, a, 0), high = clrad_plane(frame, a, n);
     if (d == 0.0f) {
       inside &= o >= low && o <= high;
     } else {
-      float p = clrad_crossing(frame, a, 0, o, d), q = clrad_crossing(frame, a, n, o, d);
+      float inverse = 1.0f / d, p = (low - o) * inverse, q = (high - o) * inverse;
       float near = p < q ? p : q, far = p < q ? q : p;
       begin = begin > near ? begin : near;
       end = end < far ? end : far;
       moves = 1;
     }
   }
+  if (!(inside & moves & (begin <= end))) return 0;
   *t0 = begin;
   *t1 = end;
-  return inside & moves & (begin <= end);
+  return 1;
 }
 
 /* The cells of an axis that a wave may use, packed with the axis. All cells of all axes: axis 3. */
 #define ANY_CELLS (3u << 20)
 
-inline int first_cell(uint cells, uint axis) { return cells >> 20 == axis ? (int)(cells & 1023u) : 0; }
+inline int first_cell(uint cells, uint axis) {
+  return cells >> 20 == axis ? (int)(cells & 1023u) : 0;
+}
 inline int last_cell(uint cells, uint axis, __global const float* frame) {
   return cells >> 20 == axis ? (int)(cells >> 10 & 1023u) : convert_int(frame[9 + axis]) - 1;
 }
 
-/* How many pieces [t0, t1] of the ray has along the axis; for axis 3: how many blocks the voxel's list has. */
-inline uint pieces_ahead(uint axis, __global const float* ray, float t0, float t1, uint cell, uint cells,
+/* How many pieces [t0, t1] of the ray has along the axis; for axis 3: how many blocks the voxel's list has.
+ */
+inline uint pieces_ahead(uint axis, ray_ends ray, float t0, float t1, uint cell, uint cells,
                          __global const float* frame, __global const uint* first_block) {
   if (axis == 3) {
     uint v = ((cell >> 20) * (uint)frame[10] + (cell >> 10 & 1023u)) * (uint)frame[9] + (cell & 1023u);
     return first_block[v + 1] - first_block[v];
   }
-  float o = ray[axis], d = ray_direction(ray, axis);
+  float o = ray_origin(ray, axis), d = ray_direction(ray, axis);
   int low = first_cell(cells, axis), high = last_cell(cells, axis, frame);
   int i = clrad_cell(frame, axis, o + t0 * d, low, high), j = clrad_cell(frame, axis, o + t1 * d, low, high);
   return (uint)abs(j - i) + 1u;
 }
 
-/* Wave `wave` of a ray: narrows [t0, t1] and gives the cells it may use. *more: the ray goes on after this wave. */
-inline uint wave_cells(__global const float* ray, __global const float* frame, uint wave, uint slab, float* t0, float* t1,
+/* Wave `wave` of a ray: narrows [t0, t1] and gives the cells it may use. *more: the ray goes on after this
+ * wave. */
+inline uint wave_cells(ray_ends ray, __global const float* frame, uint wave, uint slab, float* t0, float* t1,
                        uint* more) {
   uint axis = 0;
   int from = 0, to = 0;
   for (uint a = 0; a < 3; ++a) {
-    float o = ray[a], d = ray_direction(ray, a);
+    float o = ray_origin(ray, a), d = ray_direction(ray, a);
     int n = convert_int(frame[9 + a]);
     int i = clrad_cell(frame, a, o + *t0 * d, 0, n - 1), j = clrad_cell(frame, a, o + *t1 * d, 0, n - 1);
     if (a == 0 || abs(j - i) > abs(to - from)) {
@@ -187,7 +235,7 @@ inline uint wave_cells(__global const float* ray, __global const float* frame, u
   int begin = (int)(wave * slab), end = begin + (int)slab;
   *more = end < count;
   end = end < count ? end : count;
-  float o = ray[axis], d = ray_direction(ray, axis), t_begin = *t0, t_end = *t1;
+  float o = ray_origin(ray, axis), d = ray_direction(ray, axis), t_begin = *t0, t_end = *t1;
   if (begin > 0) {
     float t = clrad_crossing(frame, axis, from + step * begin + (step < 0), o, d);
     t = t > *t0 ? t : *t0;
@@ -204,43 +252,25 @@ inline uint wave_cells(__global const float* ray, __global const float* frame, u
   return axis << 20 | (uint)(a < b ? b : a) << 10 | (uint)(a < b ? a : b);
 }
 
-/* Fetches `rays` segments, from chosen origin first_origin and sample first_sample on (`run` samples of each origin; 1
- * when samples is 0), and cuts them to the box and to wave 0; counts[r] = pieces along `axis`, 0 for rays that miss. */
-__kernel void chop_rays(uint rays, uint first_origin, uint first_sample, uint run, uint samples,
-                        __global const CLRAD_POINT_T* origins, __global const uint* active, uint use_active,
-                        __global const CLRAD_POINT_T* targets, __global const float* frame,
-                        __global const uint* first_block, uint slab, uint axis, __global float* ray_ends,
-                        __global uint* ray_planes, __global uint* ray_cells, __global uint* more, __global uint* piece_ray,
+/* Cuts `rays` rays to the box and to wave 0; counts[r] = pieces along `axis`, 0 for rays that miss. */
+__kernel void chop_rays(uint rays, __global const uint* from, __global const uint* to, uint run, uint pairs,
+                        __global const float* frame, __global const uint* first_block, uint slab, uint axis,
+                        __global uint* ray_cells, __global uint* more, __global uint* piece_ray,
                         __global uint* piece_cell, __global float* piece_t0, __global float* piece_t1,
                         __global uint* counts) {
   uint r = get_global_id(0);
   if (r >= rays) return;
-  ulong chosen = first_origin + r / run;
-  clrad_segment s = clrad_fetch_segment(origins, active, use_active, targets, samples,
-                                        samples ? chosen * samples + first_sample + r % run : chosen);
-  __global float* ray = ray_ends + r * RAY_FLOATS;
-  ray[0] = s.ax;
-  ray[1] = s.ay;
-  ray[2] = s.az;
-  ray[3] = s.ax_lo;
-  ray[4] = s.ay_lo;
-  ray[5] = s.az_lo;
-  ray[6] = s.bx;
-  ray[7] = s.by;
-  ray[8] = s.bz;
-  ray[9] = s.bx_lo;
-  ray[10] = s.by_lo;
-  ray[11] = s.bz_lo;
-  ray_planes[2 * r] = s.a_plane;
-  ray_planes[2 * r + 1] = s.b_plane;
-  float t0, t1;
+  ray_ends ray = ends_of(from, to, run, pairs, r);
+  float t0 = 1.0f, t1 = 0.0f;
   uint cells = ANY_CELLS, goes_on = 0, count = 0;
   if (clip(ray, frame, &t0, &t1)) {
     if (slab) cells = wave_cells(ray, frame, 0, slab, &t0, &t1, &goes_on);
     count = pieces_ahead(axis, ray, t0, t1, 0, cells, frame, first_block);
   }
-  ray_cells[r] = cells;
-  more[r] = goes_on;
+  if (slab) {
+    ray_cells[r] = cells;
+    more[r] = goes_on;
+  }
   piece_ray[r] = r;
   piece_cell[r] = 0;
   piece_t0[r] = t0;
@@ -250,15 +280,16 @@ __kernel void chop_rays(uint rays, uint first_origin, uint first_sample, uint ru
 
 /* The same for the rays that go on to a later wave: alive[i] is the ray of slot i. */
 __kernel void chop_wave(uint count_alive, __global const uint* alive, uint wave, uint slab, uint axis,
-                        __global const float* frame, __global const uint* first_block, __global const float* ray_ends,
+                        __global const float* frame, __global const uint* first_block,
+                        __global const uint* from, __global const uint* to, uint run, uint pairs,
                         __global uint* ray_cells, __global uint* more, __global uint* piece_ray,
                         __global uint* piece_cell, __global float* piece_t0, __global float* piece_t1,
                         __global uint* counts) {
   uint i = get_global_id(0);
   if (i >= count_alive) return;
   uint r = alive[i], goes_on = 0;
-  __global const float* ray = ray_ends + r * RAY_FLOATS;
-  float t0, t1;
+  ray_ends ray = ends_of(from, to, run, pairs, r);
+  float t0 = 0.0f, t1 = 1.0f;
   clip(ray, frame, &t0, &t1);
   uint cells = wave_cells(ray, frame, wave, slab, &t0, &t1, &goes_on);
   ray_cells[r] = cells;
@@ -270,22 +301,25 @@ __kernel void chop_wave(uint count_alive, __global const uint* alive, uint wave,
   counts[i] = pieces_ahead(axis, ray, t0, t1, 0, cells, frame, first_block);
 }
 
-/* One cut: slot s is piece rank[s], along `axis`, of the piece owner[s]; counts[s] = what it asks for along `next`. */
-__kernel void chop_cut(uint slots, uint axis, uint next, __global const uint* offsets, __global const uint* owner,
-                       __global const uint* rank, __global const float* frame, __global const uint* first_block,
-                       __global const float* ray_ends, __global const uint* ray_cells, __global const uint* in_ray,
-                       __global const uint* in_cell, __global const float* in_t0, __global const float* in_t1,
-                       __global uint* out_ray, __global uint* out_cell, __global float* out_t0, __global float* out_t1,
-                       __global uint* counts) {
+/* One cut: slot s is piece rank[s], along `axis`, of the piece owner[s]; counts[s] = what it asks for along
+ * `next`. */
+__kernel void chop_cut(uint slots, uint axis, uint next, __global const uint* offsets,
+                       __global const uint* owner, __global const uint* rank, __global const float* frame,
+                       __global const uint* first_block, __global const uint* from, __global const uint* to,
+                       uint run, uint pairs, __global const uint* ray_cells, uint use_cells,
+                       __global const uint* in_ray, __global const uint* in_cell, __global const float* in_t0,
+                       __global const float* in_t1, __global uint* out_ray, __global uint* out_cell,
+                       __global float* out_t0, __global float* out_t1, __global uint* counts) {
   uint s = get_global_id(0);
   if (s >= slots) return;
   uint p = owner[s], r = in_ray[p];
   int k = (int)rank[s], last = (int)(offsets[p + 1] - offsets[p]) - 1;
-  __global const float* ray = ray_ends + r * RAY_FLOATS;
-  uint cells = ray_cells[r];
-  float o = ray[axis], d = ray_direction(ray, axis), t0 = in_t0[p], t1 = in_t1[p];
+  ray_ends ray = ends_of(from, to, run, pairs, r);
+  uint cells = use_cells ? ray_cells[r] : ANY_CELLS;
+  float o = ray_origin(ray, axis), d = ray_direction(ray, axis), t0 = in_t0[p], t1 = in_t1[p];
   int step = d < 0.0f ? -1 : 1;
-  int i = clrad_cell(frame, axis, o + t0 * d, first_cell(cells, axis), last_cell(cells, axis, frame)) + step * k;
+  int i =
+      clrad_cell(frame, axis, o + t0 * d, first_cell(cells, axis), last_cell(cells, axis, frame)) + step * k;
   float begin = t0, end = t1;
   if (k > 0) {
     float t = clrad_crossing(frame, axis, i + (step < 0), o, d);
@@ -305,19 +339,18 @@ __kernel void chop_cut(uint slots, uint axis, uint next, __global const uint* of
   counts[s] = pieces_ahead(next, ray, begin, end, cell, cells, frame, first_block);
 }
 
-/* ---- testing ------------------------------------------------------------------------------------------------------ */
+/* ---- testing
+ * ------------------------------------------------------------------------------------------------------ */
 
-/* The fast test of shared/triangle.cl for one ray and a block of triangles, with fewer operations. With A = v0 - a,
- * D = b - a, R = A x D:
- *   U_0 = e_0 . R,  U_2 = e_2 . R,  P = D . N,  U_1 = -P - U_0 - U_2   (the three volumes add up to -D . N)
- *   S_a = -N . A,   S_b = S_a + P
- * Errors, with the notation and the steps of that file, X = |D|_max edge_size |A|_1 and Y = normal_size |D|_1:
- *   U_0, U_2: products 5u, difference 6u, times e 7u and rounded 8u, summed 10u: 10u X
- *   P: N 1u, D 2u, product 4u, summed 6u: 6u Y
- *   U_1: 20u X + 6u Y, and its two roundings u (|P| + |U_0|) + u (|P| + |U_0| + |U_2|) <= 2u Y + 3u X
- * E_U = 26u X + 10u Y + 2^-80 |D|_max holds for all three, terms in u^2 and the rounding of the bound included.
- *   S_a: 6u normal_size |A|_1.  S_b: that, 6u Y, and a rounding of u (normal_size |A|_1 + Y):
- * E_S = 10u normal_size (|A|_1 + |D|_1) + 2^-110 holds for both.
+/* The fast test of shared/triangle.cl for one ray and a block of triangles, with fewer operations. With A =
+ * v0 - a, D = b - a, R = A x D: U_0 = e_0 . R,  U_2 = e_2 . R,  P = D . N,  U_1 = -P - U_0 - U_2   (the three
+ * volumes add up to -D . N) S_a = -N . A,   S_b = S_a + P Errors, with the notation and the steps of that
+ * file, X = |D|_max edge_size |A|_1 and Y = normal_size |D|_1: U_0, U_2: products 5u, difference 6u, times e
+ * 7u and rounded 8u, summed 10u: 10u X P: N 1u, D 2u, product 4u, summed 6u: 6u Y U_1: 20u X + 6u Y, and its
+ * two roundings u (|P| + |U_0|) + u (|P| + |U_0| + |U_2|) <= 2u Y + 3u X E_U = 26u X + 10u Y + 2^-80 |D|_max
+ * holds for all three, terms in u^2 and the rounding of the bound included. S_a: 6u normal_size |A|_1.  S_b:
+ * that, 6u Y, and a rounding of u (normal_size |A|_1 + Y): E_S = 10u normal_size (|A|_1 + |D|_1) + 2^-110
+ * holds for both.
  */
 #define BLOCK_VOLUME_ERROR 0x1.ap-20f /* 26u */
 #define BLOCK_PLANE_ERROR 0x1.4p-21f  /* 10u */
@@ -328,25 +361,24 @@ typedef struct ray_data {
   uint a_plane, b_plane;
 } ray_data;
 
-inline ray_data load_ray(__global const float* ray_ends, __global const uint* ray_planes, uint r) {
-  __global const float* p = ray_ends + r * RAY_FLOATS;
+inline ray_data load_ray(ray_ends e) {
   ray_data d;
-  d.ax = p[0];
-  d.ay = p[1];
-  d.az = p[2];
-  d.ax_lo = p[3];
-  d.ay_lo = p[4];
-  d.az_lo = p[5];
-  d.dx = CLRAD_DIFFERENCE(p[6], p[9], p[0], p[3]);
-  d.dy = CLRAD_DIFFERENCE(p[7], p[10], p[1], p[4]);
-  d.dz = CLRAD_DIFFERENCE(p[8], p[11], p[2], p[5]);
-  d.a_plane = ray_planes[2 * r];
-  d.b_plane = ray_planes[2 * r + 1];
+  d.ax = ray_origin(e, 0);
+  d.ay = ray_origin(e, 1);
+  d.az = ray_origin(e, 2);
+  d.ax_lo = ray_origin(e, 3);
+  d.ay_lo = ray_origin(e, 4);
+  d.az_lo = ray_origin(e, 5);
+  d.dx = ray_direction(e, 0);
+  d.dy = ray_direction(e, 1);
+  d.dz = ray_direction(e, 2);
+  d.a_plane = e.a[6];
+  d.b_plane = e.b[6];
   return d;
 }
 
 /* Per lane -1 or 0: surely blocked, and undecided. */
-inline void test_block(ray_data s, uint block, __global const float* packets, __global const uint* triangle,
+ALWAYS_INLINE void test_block(ray_data s, uint block, __global const float* packets, __global const uint* triangle,
                        __global const uint* plane, lanes_int* hit, lanes_int* undecided) {
   __global const float* p = packets + block * (PACKET_FLOATS * CLRAD_WIDTH);
   lanes_float x = (LOAD_FLOATS(0, p) - s.ax) + (LOAD_FLOATS(3, p) - s.ax_lo);
@@ -364,8 +396,8 @@ inline void test_block(ray_data s, uint block, __global const float* packets, __
   lanes_float norm = CLRAD_NORM_1(x, y, z);
   float length = CLRAD_NORM_1(s.dx, s.dy, s.dz);
   float size = CLRAD_MAX(CLRAD_MAX(fabs(s.dx), fabs(s.dy)), fabs(s.dz));
-  lanes_float error = norm * edge_size * (size * BLOCK_VOLUME_ERROR) + normal_size * (length * BLOCK_PLANE_ERROR) +
-                      size * CLRAD_VOLUME_FLOOR;
+  lanes_float error = norm * edge_size * (size * BLOCK_VOLUME_ERROR) +
+                      normal_size * (length * BLOCK_PLANE_ERROR) + size * CLRAD_VOLUME_FLOOR;
   lanes_float error_s = (norm + length) * (normal_size * BLOCK_PLANE_ERROR) + CLRAD_SIDE_FLOOR;
 
   lanes_float least = u0 < u1 ? u0 : u1, most = u0 > u1 ? u0 : u1;
@@ -375,76 +407,82 @@ inline void test_block(ray_data s, uint block, __global const float* packets, __
   lanes_uint k = LOAD_UINTS(block, triangle), q = LOAD_UINTS(block, plane);
   lanes_int ignored =
       MASK(k == CLRAD_NONE) | (MASK(q != CLRAD_NONE) & (MASK(q == s.a_plane) | MASK(q == s.b_plane)));
-  lanes_int miss = (MASK(least < -error) & MASK(most > error)) | MASK(near > error_s) | MASK(far < -error_s) | ignored;
+  lanes_int miss =
+      (MASK(least < -error) & MASK(most > error)) | MASK(near > error_s) | MASK(far < -error_s) | ignored;
   lanes_int sure = (MASK(least > error) | MASK(most < -error)) & MASK(near < -error_s) & MASK(far > error_s);
   *hit = sure & ~miss;
   *undecided = ~sure & ~miss;
 }
 
-/* Slot s: a ray against a block of its candidates. blocked[ray] becomes 1 on a sure hit (all writers write 1);
- * doubt[s] = lanes that need the exact predicate, 0 when another lane of the block blocks the ray anyway. */
+/* Slot s: a ray against a block of its candidates. blocked[ray] becomes 1 on a sure hit (all writers write
+ * 1); doubt[s] = lanes that need the exact predicate, 0 when another lane of the block blocks the ray anyway.
+ */
 __kernel void chop_test_any(uint slots, __global const uint* owner, __global const uint* rank,
-                            __global const uint* piece_ray, __global const uint* piece_cell, __global const float* frame,
-                            __global const uint* first_block, __global const float* packets,
-                            __global const uint* triangle, __global const uint* plane, __global const float* ray_ends,
-                            __global const uint* ray_planes, __global uint* blocked, __global uint* doubt) {
+                            __global const uint* piece_ray, __global const uint* piece_cell,
+                            __global const float* frame, __global const uint* first_block,
+                            __global const float* packets, __global const uint* triangle,
+                            __global const uint* plane, __global const uint* from, __global const uint* to,
+                            uint run, uint pairs, __global uint* blocked, __global uint* doubt) {
   uint s = get_global_id(0);
   if (s >= slots) return;
   uint p = owner[s], r = piece_ray[p], cell = piece_cell[p];
   uint v = ((cell >> 20) * (uint)frame[10] + (cell >> 10 & 1023u)) * (uint)frame[9] + (cell & 1023u);
   lanes_int hit, undecided;
-  test_block(load_ray(ray_ends, ray_planes, r), first_block[v] + rank[s], packets, triangle, plane, &hit, &undecided);
+  test_block(load_ray(ends_of(from, to, run, pairs, r)), first_block[v] + rank[s], packets, triangle, plane,
+             &hit, &undecided);
   int verdict = any_bits((hit & HIT_BIT) | (undecided & LANE_BITS));
   if (verdict & HIT_BIT) blocked[r] = 1;
   doubt[s] = verdict & HIT_BIT ? 0u : (uint)verdict;
 }
 
-inline clrad_segment whole_segment(__global const float* ray_ends, __global const uint* ray_planes, uint r) {
-  __global const float* p = ray_ends + r * RAY_FLOATS;
+inline clrad_segment whole_segment(ray_ends e) {
   clrad_segment s;
-  s.ax = p[0];
-  s.ay = p[1];
-  s.az = p[2];
-  s.ax_lo = p[3];
-  s.ay_lo = p[4];
-  s.az_lo = p[5];
-  s.bx = p[6];
-  s.by = p[7];
-  s.bz = p[8];
-  s.bx_lo = p[9];
-  s.by_lo = p[10];
-  s.bz_lo = p[11];
-  s.a_plane = ray_planes[2 * r];
-  s.b_plane = ray_planes[2 * r + 1];
+  s.ax = as_float(e.a[0]);
+  s.ay = as_float(e.a[1]);
+  s.az = as_float(e.a[2]);
+  s.ax_lo = as_float(e.a[3]);
+  s.ay_lo = as_float(e.a[4]);
+  s.az_lo = as_float(e.a[5]);
+  s.bx = as_float(e.b[0]);
+  s.by = as_float(e.b[1]);
+  s.bz = as_float(e.b[2]);
+  s.bx_lo = as_float(e.b[3]);
+  s.by_lo = as_float(e.b[4]);
+  s.bz_lo = as_float(e.b[5]);
+  s.a_plane = e.a[6];
+  s.b_plane = e.b[6];
   return s;
 }
 
 /* The undecided lanes of the slots in `list`, exactly. */
-__kernel void chop_exact_any(uint n, __global const uint* list, __global const uint* owner, __global const uint* rank,
-                             __global const uint* piece_ray, __global const uint* piece_cell, __global const float* frame,
+__kernel void chop_exact_any(uint n, __global const uint* list, __global const uint* owner,
+                             __global const uint* rank, __global const uint* piece_ray,
+                             __global const uint* piece_cell, __global const float* frame,
                              __global const uint* first_block, __global const uint* triangle,
-                             __global const clrad_triangle* triangles, __global const float* ray_ends,
-                             __global const uint* ray_planes, __global const uint* doubt, __global uint* blocked) {
+                             __global const clrad_triangle* triangles, __global const uint* from,
+                             __global const uint* to, uint run, uint pairs, __global const uint* doubt,
+                             __global uint* blocked) {
   uint i = get_global_id(0);
   if (i >= n) return;
   uint s = list[i], p = owner[s], r = piece_ray[p], cell = piece_cell[p], lanes = doubt[s];
   uint v = ((cell >> 20) * (uint)frame[10] + (cell >> 10 & 1023u)) * (uint)frame[9] + (cell & 1023u);
   uint first = (first_block[v] + rank[s]) * CLRAD_WIDTH;
-  clrad_segment segment = whole_segment(ray_ends, ray_planes, r);
+  clrad_segment segment = whole_segment(ends_of(from, to, run, pairs, r));
   int hit = 0;
   for (uint l = 0; l < CLRAD_WIDTH && !hit; ++l)
     if (lanes >> l & 1u) hit = clrad_blocked(segment, triangles[triangle[first + l]]);
   if (hit) blocked[r] = 1;
 }
 
-/* As above for the nearest hit: slot_t[s], slot_triangle[s] of the block, INFINITY and CLRAD_NONE without one. Of equal
- * t the lower triangle: lanes are in ascending order. */
+/* As above for the nearest hit: slot_t[s], slot_triangle[s] of the block, INFINITY and CLRAD_NONE without
+ * one. Of equal t the lower triangle: lanes are in ascending order. */
 __kernel void chop_test_nearest(uint slots, __global const uint* owner, __global const uint* rank,
                                 __global const uint* piece_ray, __global const uint* piece_cell,
                                 __global const float* frame, __global const uint* first_block,
-                                __global const float* packets, __global const uint* triangle, __global const uint* plane,
-                                __global const clrad_triangle* triangles, __global const clrad_facet* facets,
-                                __global const float* ray_ends, __global const uint* ray_planes, __global float* slot_t,
+                                __global const float* packets, __global const uint* triangle,
+                                __global const uint* plane, __global const clrad_triangle* triangles,
+                                __global const clrad_facet* facets, __global const uint* from,
+                                __global const uint* to, uint run, uint pairs, __global float* slot_t,
                                 __global uint* slot_triangle, __global uint* doubt) {
   uint s = get_global_id(0);
   if (s >= slots) return;
@@ -452,13 +490,13 @@ __kernel void chop_test_nearest(uint slots, __global const uint* owner, __global
   uint v = ((cell >> 20) * (uint)frame[10] + (cell >> 10 & 1023u)) * (uint)frame[9] + (cell & 1023u);
   uint block = first_block[v] + rank[s];
   lanes_int hit, undecided;
-  test_block(load_ray(ray_ends, ray_planes, r), block, packets, triangle, plane, &hit, &undecided);
+  test_block(load_ray(ends_of(from, to, run, pairs, r)), block, packets, triangle, plane, &hit, &undecided);
   uint hits = (uint)any_bits(hit & LANE_BITS);
   doubt[s] = (uint)any_bits(undecided & LANE_BITS);
   float best = INFINITY;
   uint which = CLRAD_NONE;
   if (hits) {
-    clrad_segment segment = whole_segment(ray_ends, ray_planes, r);
+    clrad_segment segment = whole_segment(ends_of(from, to, run, pairs, r));
     for (uint l = 0; l < CLRAD_WIDTH; ++l) {
       if (!(hits >> l & 1u)) continue;
       uint k = triangle[block * CLRAD_WIDTH + l];
@@ -473,19 +511,20 @@ __kernel void chop_test_nearest(uint slots, __global const uint* owner, __global
   slot_triangle[s] = which;
 }
 
-__kernel void chop_exact_nearest(uint n, __global const uint* list, __global const uint* owner, __global const uint* rank,
-                                 __global const uint* piece_ray, __global const uint* piece_cell,
-                                 __global const float* frame, __global const uint* first_block,
-                                 __global const uint* triangle, __global const clrad_triangle* triangles,
-                                 __global const clrad_facet* facets, __global const float* ray_ends,
-                                 __global const uint* ray_planes, __global const uint* doubt, __global float* slot_t,
+__kernel void chop_exact_nearest(uint n, __global const uint* list, __global const uint* owner,
+                                 __global const uint* rank, __global const uint* piece_ray,
+                                 __global const uint* piece_cell, __global const float* frame,
+                                 __global const uint* first_block, __global const uint* triangle,
+                                 __global const clrad_triangle* triangles, __global const clrad_facet* facets,
+                                 __global const uint* from, __global const uint* to, uint run, uint pairs,
+                                 __global const uint* doubt, __global float* slot_t,
                                  __global uint* slot_triangle) {
   uint i = get_global_id(0);
   if (i >= n) return;
   uint s = list[i], p = owner[s], r = piece_ray[p], cell = piece_cell[p], lanes = doubt[s];
   uint v = ((cell >> 20) * (uint)frame[10] + (cell >> 10 & 1023u)) * (uint)frame[9] + (cell & 1023u);
   uint first = (first_block[v] + rank[s]) * CLRAD_WIDTH;
-  clrad_segment segment = whole_segment(ray_ends, ray_planes, r);
+  clrad_segment segment = whole_segment(ends_of(from, to, run, pairs, r));
   float best = slot_t[s];
   uint which = slot_triangle[s];
   for (uint l = 0; l < CLRAD_WIDTH; ++l) {
@@ -502,7 +541,8 @@ __kernel void chop_exact_nearest(uint n, __global const uint* list, __global con
   slot_triangle[s] = which;
 }
 
-/* ---- results ------------------------------------------------------------------------------------------------------ */
+/* ---- results
+ * ------------------------------------------------------------------------------------------------------ */
 
 /* positions[i] = offsets[positions[i]]: from slots of one allocation to slots of the next. */
 __kernel void chop_follow(uint n, __global const uint* offsets, __global uint* positions) {
@@ -510,11 +550,12 @@ __kernel void chop_follow(uint n, __global const uint* offsets, __global uint* p
   if (i < n) positions[i] = offsets[positions[i]];
 }
 
-/* Takes the segmented min of a wave over into its rays (use_alive: alive[i], else i): at[i] is the first slot of the
- * nearest t; a later slot may hold a lower triangle at the same t. */
-__kernel void chop_nearest(uint n, __global const uint* offsets, __global const float* least, __global const uint* at,
-                           __global const float* slot_t, __global const uint* slot_triangle, __global const uint* alive,
-                           uint use_alive, __global float* ray_t, __global uint* ray_triangle) {
+/* Takes the segmented min of a wave over into its rays (use_alive: alive[i], else i): at[i] is the first slot
+ * of the nearest t; a later slot may hold a lower triangle at the same t. */
+__kernel void chop_nearest(uint n, __global const uint* offsets, __global const float* least,
+                           __global const uint* at, __global const float* slot_t,
+                           __global const uint* slot_triangle, __global const uint* alive, uint use_alive,
+                           __global float* ray_t, __global uint* ray_triangle) {
   uint i = get_global_id(0);
   if (i >= n || at[i] == CLRAD_NONE) return;
   uint r = use_alive ? alive[i] : i, which = ray_triangle[r];
@@ -528,14 +569,15 @@ __kernel void chop_nearest(uint n, __global const uint* offsets, __global const 
 }
 
 /* flags[r] = the ray goes on and nothing has blocked it. */
-__kernel void chop_alive(uint rays, __global const uint* more, __global const uint* blocked, __global uint* flags) {
+__kernel void chop_alive(uint rays, __global const uint* more, __global const uint* blocked,
+                         __global uint* flags) {
   uint r = get_global_id(0);
   if (r < rays) flags[r] = more[r] & (blocked[r] ^ 1u);
 }
 
 /* Word w of the batch: bit k of chosen origin first_origin + w / words is its ray 32 (w % words) + k. */
-__kernel void chop_masks(uint count, uint first_origin, uint first_word, uint words, uint words_per_origin, uint run,
-                         __global const uint* blocked, __global uint* masks) {
+__kernel void chop_masks(uint count, uint first_origin, uint first_word, uint words, uint words_per_origin,
+                         uint run, __global const uint* blocked, __global uint* masks) {
   uint w = get_global_id(0);
   if (w >= count) return;
   uint begin = w % words * 32u, end = begin + 32u < run ? begin + 32u : run, bits = 0;
@@ -544,9 +586,11 @@ __kernel void chop_masks(uint count, uint first_origin, uint first_word, uint wo
   masks[(ulong)(first_origin + w / words) * words_per_origin + first_word + w % words] = bits;
 }
 
-/* Results of the batch, from segment `first` on; triangles by their number in the input, t = 1 without a hit. */
-__kernel void chop_results(uint rays, ulong first, __global const float* ray_t, __global const uint* ray_triangle,
-                           __global const uint* input_index, __global uint* triangle, __global float* t) {
+/* Results of the batch, from segment `first` on; triangles by their number in the input, t = 1 without a hit.
+ */
+__kernel void chop_results(uint rays, ulong first, __global const float* ray_t,
+                           __global const uint* ray_triangle, __global const uint* input_index,
+                           __global uint* triangle, __global float* t) {
   uint r = get_global_id(0);
   if (r >= rays) return;
   uint k = ray_triangle[r];
@@ -558,22 +602,26 @@ __kernel void chop_results(uint rays, ulong first, __global const float* ray_t, 
   }
 }
 
-/* ---- counts ------------------------------------------------------------------------------------------------------- */
+/* ---- counts
+ * ------------------------------------------------------------------------------------------------------- */
 
-/* sums: `items` counts of candidates, then as many of exact tests. Work-item i adds the candidates of its share of the
- * pieces to sums[i]. */
-__kernel void chop_tally_candidates(uint items, uint pieces, __global const uint* piece_cell, __global const uint* counts,
-                                    __global const float* frame, __global const uint* held, __global ulong* sums) {
+/* sums: `items` counts of candidates, as many of exact tests, and of pieces that have candidates. Work-item i
+ * adds its share of the pieces. */
+__kernel void chop_tally_candidates(uint items, uint pieces, __global const uint* piece_cell,
+                                    __global const uint* counts, __global const float* frame,
+                                    __global const uint* held, __global ulong* sums) {
   uint i = get_global_id(0);
   if (i >= items) return;
   uint begin = (uint)((ulong)pieces * i / items), end = (uint)((ulong)pieces * (i + 1) / items);
-  ulong sum = 0;
+  ulong sum = 0, busy = 0;
   for (uint p = begin; p < end; ++p) {
     uint cell = piece_cell[p];
     uint v = ((cell >> 20) * (uint)frame[10] + (cell >> 10 & 1023u)) * (uint)frame[9] + (cell & 1023u);
     sum += counts[p] ? held[v] : 0u;
+    busy += counts[p] ? 1u : 0u;
   }
   sums[i] += sum;
+  sums[2 * items + i] += busy;
 }
 
 __kernel void chop_tally_exact(uint items, uint n, __global const uint* list, __global const uint* doubt,

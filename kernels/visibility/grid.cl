@@ -1,11 +1,13 @@
-/* Builds the uniform grid: which triangles a voxel holds (the paper's parallel preprocessing phase, section 1.3.2).
+/* Builds the uniform grid: which triangles a voxel holds (the paper's parallel preprocessing phase,
+ * section 1.3.2).
  *
  *   per triangle: voxels of its bounding box          -> counts -> allocate
  *   per (triangle, voxel): does the triangle overlap? -> flags  -> compact -> stable sort by voxel
- *   per voxel: triangles counted                      -> scan   -> where its list starts, in blocks of CLRAD_WIDTH
+ *   per voxel: triangles counted                      -> scan   -> where its list starts, in blocks of
+ * CLRAD_WIDTH
  *
- * Triangles stay in ascending order within a voxel. Lists hold a superset of what overlaps: all tests are padded by
- * CLRAD_VOXEL_PAD (shared/voxel.cl says why that is enough).
+ * Triangles stay in ascending order within a voxel. Lists hold a superset of what overlaps: all tests are
+ * padded by CLRAD_VOXEL_PAD (shared/voxel.cl says why that is enough).
  */
 #include "shared/voxel.cl"
 
@@ -16,12 +18,12 @@ typedef struct voxel_range {
 inline voxel_range range_of(clrad_triangle t, __global const float* frame) {
   float low, high;
   voxel_range r;
-#define RANGE(axis, a, v0, v1, v2)                                                                                  \
-  low = v0 < v1 ? v0 : v1;                                                                                          \
-  low = low < v2 ? low : v2;                                                                                        \
-  high = v0 > v1 ? v0 : v1;                                                                                         \
-  high = high > v2 ? high : v2;                                                                                     \
-  r.a##0 = clrad_cell(frame, axis, low - 2.0f * CLRAD_VOXEL_PAD, 0, convert_int(frame[9 + axis]) - 1);              \
+#define RANGE(axis, a, v0, v1, v2)                                                                     \
+  low = v0 < v1 ? v0 : v1;                                                                             \
+  low = low < v2 ? low : v2;                                                                           \
+  high = v0 > v1 ? v0 : v1;                                                                            \
+  high = high > v2 ? high : v2;                                                                        \
+  r.a##0 = clrad_cell(frame, axis, low - 2.0f * CLRAD_VOXEL_PAD, 0, convert_int(frame[9 + axis]) - 1); \
   r.a##1 = clrad_cell(frame, axis, high + 2.0f * CLRAD_VOXEL_PAD, 0, convert_int(frame[9 + axis]) - 1);
   RANGE(0, x, t.x0, t.x1, t.x2)
   RANGE(1, y, t.y0, t.y1, t.y2)
@@ -39,11 +41,11 @@ __kernel void grid_ranges(uint n, __global const clrad_triangle* triangles, __gl
   counts[i] = (uint)(r.x1 - r.x0 + 1) * (uint)(r.y1 - r.y0 + 1) * (uint)(r.z1 - r.z0 + 1);
 }
 
-/* Are triangle and box (about the middle, half size h) apart along (lx, ly, lz)? Whatever the rounding of the axis,
- * it is an axis; only the projections' rounding matters, and h is padded by more. The tiny constant keeps products
- * that underflow from telling anything apart. */
-inline int apart(float lx, float ly, float lz, float x0, float y0, float z0, float x1, float y1, float z1, float x2,
-                 float y2, float z2, float hx, float hy, float hz) {
+/* Are triangle and box (about the middle, half size h) apart along (lx, ly, lz)? Whatever the rounding of the
+ * axis, it is an axis; only the projections' rounding matters, and h is padded by more. The tiny constant
+ * keeps products that underflow from telling anything apart. */
+inline int apart(float lx, float ly, float lz, float x0, float y0, float z0, float x1, float y1, float z1,
+                 float x2, float y2, float z2, float hx, float hy, float hz) {
   float p0 = lx * x0 + ly * y0 + lz * z0, p1 = lx * x1 + ly * y1 + lz * z1, p2 = lx * x2 + ly * y2 + lz * z2;
   float low = p0 < p1 ? p0 : p1, high = p0 > p1 ? p0 : p1;
   low = low < p2 ? low : p2;
@@ -52,7 +54,8 @@ inline int apart(float lx, float ly, float lz, float x0, float y0, float z0, flo
   return low > r || high < -r;
 }
 
-/* The separating axis test of triangle and padded voxel (Akenine-Moller 2001): 3 faces, 1 normal, 9 pairs of edges. */
+/* The separating axis test of triangle and padded voxel (Akenine-Moller 2001): 3 faces, 1 normal, 9 pairs of
+ * edges. */
 inline int overlaps(clrad_triangle t, __global const float* frame, int ix, int iy, int iz) {
   float ax = clrad_plane(frame, 0, ix), bx = clrad_plane(frame, 0, ix + 1);
   float ay = clrad_plane(frame, 1, iy), by = clrad_plane(frame, 1, iy + 1);
@@ -77,8 +80,9 @@ inline int overlaps(clrad_triangle t, __global const float* frame, int ix, int i
   return !out;
 }
 
-/* Slot = (triangle owner[s], voxel rank[s] of its range). flags[s] = do they overlap; voxel[s] = the voxel's number;
- * held[v] counts the triangles of voxel v (whole numbers: the order of the additions does not matter). */
+/* Slot = (triangle owner[s], voxel rank[s] of its range). flags[s] = do they overlap; voxel[s] = the voxel's
+ * number; held[v] counts the triangles of voxel v (whole numbers: the order of the additions does not
+ * matter). */
 __kernel void grid_overlap(uint slots, __global const clrad_triangle* triangles, __global const float* frame,
                            __global const uint* owner, __global const uint* rank, __global uint* flags,
                            __global uint* voxel, __global uint* held) {
@@ -104,18 +108,19 @@ __kernel void grid_blocks(uint n, uint voxels, __global const uint* held, __glob
 }
 
 /* The pairs that overlap, in slot order: key = voxel, value = triangle. */
-__kernel void grid_pairs(uint pairs, __global const uint* picked, __global const uint* voxel, __global const uint* owner,
-                         __global uint* keys, __global uint* values) {
+__kernel void grid_pairs(uint pairs, __global const uint* picked, __global const uint* voxel,
+                         __global const uint* owner, __global uint* keys, __global uint* values) {
   uint i = get_global_id(0);
   if (i >= pairs) return;
   keys[i] = voxel[picked[i]];
   values[i] = owner[picked[i]];
 }
 
-/* Lane l of block b: the triangle there, or CLRAD_NONE past the end of the voxel's list. owner and rank: the voxel of
- * a block and its number in it. */
-__kernel void grid_lanes(uint lanes, __global const uint* owner, __global const uint* rank, __global const uint* held,
-                         __global const uint* first, __global const uint* values, __global uint* triangle) {
+/* Lane l of block b: the triangle there, or CLRAD_NONE past the end of the voxel's list. owner and rank: the
+ * voxel of a block and its number in it. */
+__kernel void grid_lanes(uint lanes, __global const uint* owner, __global const uint* rank,
+                         __global const uint* held, __global const uint* first, __global const uint* values,
+                         __global uint* triangle) {
   uint i = get_global_id(0);
   if (i >= lanes) return;
   uint b = i / CLRAD_WIDTH, v = owner[b], place = rank[b] * CLRAD_WIDTH + i % CLRAD_WIDTH;

@@ -106,6 +106,20 @@ TEST(Scan, BuffersThatAreTooShortAreRefused) {
   EXPECT_THROW(scan_uint(device, Sum::exclusive, cl::Buffer(), small.buffer(), 1), UsageError);
 }
 
+TEST(Scan, MoreValuesThanPositionsFitIn32BitsAreRefused) {
+  Device& device = device_for(ways()[0]);
+  EXPECT_THROW(scan_uint(device, Sum::exclusive, cl::Buffer(), cl::Buffer(), std::uint64_t(1) << 32),
+               UsageError);
+  EXPECT_THROW(compact(device, cl::Buffer(), std::uint64_t(1) << 32, cl::Buffer()), UsageError);
+  EXPECT_THROW(scan_float(device, Sum::exclusive, cl::Buffer(), cl::Buffer(), std::uint64_t(1) << 32),
+               UsageError);
+}
+
+// Longer than what goes through the cache at a time, so that sums carry from one range of blocks to the next.
+TEST(Scan, SeveralRangesOfBlocks) {
+  for (const Way& way : ways()) expect_scan(way, Sum::exclusive, random_values(5000011, 800));
+}
+
 TEST(Scan, EqualsTheOracleOnAnyInput) {
   rc::check("scan_uint", [] {
     const auto in = *rc::gen::container<Uints>(rc::gen::inRange(0u, 1000u));
