@@ -17,7 +17,8 @@ constexpr std::uint64_t kept_pairs = 4u << 20;
 
 }  // namespace
 
-void radix_sort(Device& device, const cl::Buffer& keys, const cl::Buffer& values, std::uint64_t n, unsigned key_bits) {
+void radix_sort(Device& device, const cl::Buffer& keys, const cl::Buffer& values, std::uint64_t n,
+                unsigned key_bits) {
   if (key_bits > 32) throw UsageError(fmt::format("radix_sort: key_bits is {}; at most 32", key_bits));
   if (n < 2 || key_bits == 0) return;
   check_count("radix_sort", n);
@@ -40,11 +41,12 @@ void radix_sort(Device& device, const cl::Buffer& keys, const cl::Buffer& values
   for (unsigned shift = 0; shift < key_bits; shift += bits) {
     const std::uint32_t mask = (1u << std::min(bits, key_bits - shift)) - 1;
     const std::uint64_t counters = std::uint64_t(blocks) * (mask + 1);
-    device.run_local(file, tree ? "sort_count_trees" : "sort_count_blocks", std::uint64_t(blocks) * local, local, *from[0], n,
-                     length, blocks, shift, mask, scratch.sort_counts);
+    device.run_local(file, tree ? "sort_count_trees" : "sort_count_blocks", std::uint64_t(blocks) * local,
+                     local, *from[0], n, length, blocks, shift, mask, scratch.sort_counts);
     scan_passes(device, scratch.sort_counts.buffer(), scratch.sort_counts.buffer(), counters, 0);
-    device.run_local(file, tree ? "sort_move_trees" : "sort_move_blocks", std::uint64_t(blocks) * local, local, *from[0],
-                     *from[1], n, length, blocks, shift, mask, scratch.sort_counts, *to[0], *to[1]);
+    device.run_local(file, tree ? "sort_move_trees" : "sort_move_blocks", std::uint64_t(blocks) * local,
+                     local, *from[0], *from[1], n, length, blocks, shift, mask, scratch.sort_counts, *to[0],
+                     *to[1]);
     std::swap(from[0], to[0]);
     std::swap(from[1], to[1]);
   }

@@ -1,5 +1,5 @@
-/// The frame in which kernels work: the scene centred and scaled by a power of two, so that single precision is spent
-/// on the scene and not on where it stands.
+/// The frame in which kernels work: the scene centred and scaled by a power of two, so that single precision
+/// is spent on the scene and not on where it stands.
 #pragma once
 #include <algorithm>
 #include <clrad/scene.hpp>
@@ -9,8 +9,9 @@
 
 namespace clrad {
 
-/// frame = (world - centre) x 2^-exponent. Scaling is exact; the subtraction is exact wherever the file's coordinates
-/// are not finer than 2^-53 of the extent, so a scene moved by a representable distance keeps its frame coordinates.
+/// frame = (world - centre) x 2^-exponent. Scaling is exact; the subtraction is exact wherever the file's
+/// coordinates are not finer than 2^-53 of the extent, so a scene moved by a representable distance keeps its
+/// frame coordinates.
 struct Frame {
   glm::dvec3 centre{0, 0, 0};  ///< middle of the bounding box [m]
   int exponent = 0;            ///< one frame unit is 2^exponent metres
@@ -21,7 +22,8 @@ struct Frame {
   glm::dvec3 from_frame(const glm::dvec3& frame) const { return frame * metres() + centre; }
 };
 
-/// The frame of a scene with at least one polygon: longest side of the bounding box in [1, 2), coordinates in [-1, 1).
+/// The frame of a scene with at least one polygon: longest side of the bounding box in [1, 2), coordinates in
+/// [-1, 1).
 inline Frame frame_of(const Scene& scene) {
   glm::dvec3 low(std::numeric_limits<double>::infinity());
   glm::dvec3 high(-std::numeric_limits<double>::infinity());

@@ -16,6 +16,10 @@ struct Sensor {
   glm::dvec3 normal{0, 0, 1};
 };
 
+/// Reads sensors, one `x y z nx ny nz` a line as Radiance's `rtrace -I` takes them; empty lines and lines that begin
+/// with # are skipped. `unit_m`: length of one unit of the file [m]. Throws InputError with file and line.
+std::vector<Sensor> load_sensors(const std::string& path, double unit_m = 1.0);
+
 /// Where a solve stands; given to SolveOptions::progress.
 struct Progress {
   std::string stage;
@@ -36,7 +40,7 @@ struct SolveOptions {
   std::uint64_t seed = 1;
   std::uint64_t batch_segments = 0;  ///< segments an engine handles at a time; 0: its own choice
   std::vector<Sensor> sensors;
-  std::uint32_t sensor_samples = 64;  ///< rays from a sensor to a patch
+  std::uint32_t sensor_rays = 8192;   ///< rays from a sensor, shared out by what each surface brings
   bool strict = false;                ///< a violated invariant is an error, not a warning
   /// Called after every shoot; returning false stops the solve with a valid partial result.
   std::function<bool(const Progress&)> progress;

@@ -11,7 +11,9 @@ namespace clrad {
 /// Linear radiance per pixel, rows from the top, [pixel][band].
 struct Image {
   unsigned width = 0, height = 0, bands = 0;
-  std::vector<float> radiance;  ///< L = B / pi [W/(sr m^2) or nit]; 0 where nothing is seen
+  std::vector<float> radiance;          ///< L = B / pi [W/(sr m^2) or nit]; 0 where nothing is seen
+  std::string unit;                     ///< of radiance, for the file's metadata
+  std::vector<std::string> band_names;  ///< as Scene::bands; empty: numbered
 };
 
 struct ImageOptions {
@@ -26,15 +28,24 @@ struct ImageOptions {
 Image render(Device& device, const Solution& solution, const Camera& camera,
              const ImageOptions& options = {});
 
-/// A camera that shows the scene when it has none of its own.
+/// A camera that shows the scene when it has none of its own; +y is up. From outside through an open side
+/// (one on which polygons that turn their backs cover less than half): of -z, +z, -x, +x as viewing direction
+/// the one that sees most area of fronts, ties in that order; straight down where that shows over four times
+/// as much. Where every side is closed: from inside, near the corner from which the view of the middle is
+/// free the farthest.
 Camera default_camera(const Scene& scene);
 
-/// PNG (8 bits, sRGB, exposed) or EXR (linear, half or float), by the ending of `path`. One-band images are
-/// grey.
+/// PNG (8 bits, sRGB, exposed) or EXR (linear radiance in float, never exposed), by the ending of `path`.
+/// One-band images are grey; a PNG of other than 1 or 3 bands is a UsageError, an EXR has a channel per band.
+/// Automatic exposure: the 90th percentile of the luminances above 0 is shown as 0.5, and a shoulder keeps
+/// brighter parts below white (host/output/tone.hpp).
 void write_image(const std::string& path, const Image& image, const ImageOptions& options = {});
 
-/// glTF or GLB by the ending: positions, display vertex colours (COLOR_0) and the float radiosity as
-/// attribute _RADIOSITY (VEC3 or SCALAR) and _IRRADIANCE, indexed triangles.
+/// glTF or GLB by the ending: positions, display vertex colours (COLOR_0, exposed as in a PNG, linear) and,
+/// in float, vertex_radiosity() and irradiance [W/m^2 or lm/m^2] as attributes _RADIOSITY and _IRRADIANCE
+/// (VEC3 or SCALAR; other than 1 or 3 bands: _RADIOSITY_0, _RADIOSITY_1, ...). Vertices in the mesh's order,
+/// triangles per material, unlit. Positions are relative to the frame's centre, which is the node's
+/// translation.
 void write_gltf(const std::string& path, const Solution& solution);
 
 /// The JSON report (schema in the README).

@@ -1,6 +1,7 @@
 /// Data-parallel primitives on device buffers, usable on their own: scan, segmented scan and reduce, processor
 /// allocation, compaction, radix sort (Blelloch, "Vector Models for Data-Parallel Computing", 1990; section 1.3.2 of
-/// Drucker & Schroeder). Results are bit-identical whatever the work-group size, the shape or the number of cores.
+/// Drucker & Schroeder). Results are bit-identical whatever the work-group size, the shape or the number of cores
+/// (the payload of a NaN apart). n = 0 launches nothing. Buffers that are too short, and n past 2^32 - 1, throw UsageError.
 #pragma once
 #include <cstdint>
 
@@ -17,22 +18,29 @@ std::uint32_t scan_uint(Device& device, Sum kind, const cl::Buffer& in, const cl
 /// The same with nothing read by the host: total gets the sum as a ulong (8 bytes), which the caller checks when it suits.
 void scan_uint_on_device(Device& device, Sum kind, const cl::Buffer& in, const cl::Buffer& out, std::uint64_t n,
                          const cl::Buffer& total);
-/// Float sums in fixed blocks of 1024 combined in a fixed order.
+/// Float sums in a fixed order (kernels/primitives/segmented.cl): rows of 16 by the scan of Hillis & Steele, the 64 rows
+/// of a block of 1024 from left to right, blocks by the same again. in and out may be the same buffer. out[0] of an
+/// exclusive scan is 0.
 void scan_float(Device& device, Sum kind, const cl::Buffer& in, const cl::Buffer& out, std::uint64_t n);
 
-/// Inclusive scans that start anew at every head (heads[i] != 0; element 0 is a head whatever heads[0] says).
+/// Inclusive scans that start anew at every head (heads[i] != 0; element 0 is a head whatever heads[0] says). in and out
+/// may be the same buffer. Float sums keep the order of scan_float, which depends on positions, not on where segments
+/// start. Sums of uint past 32 bits stay at 0xffffffff, since no host reads them. min and max: NaN never wins over a
+/// number, of equal values (-0 and +0) the first is kept.
 void segmented_scan_uint(Device&, Op, const cl::Buffer& in, const cl::Buffer& heads, const cl::Buffer& out, std::uint64_t n);
 void segmented_scan_float(Device&, Op, const cl::Buffer& in, const cl::Buffer& heads, const cl::Buffer& out, std::uint64_t n);
 /// Copies the value at each head over its segment (32-bit values of any kind).
 void segmented_copy(Device&, const cl::Buffer& in, const cl::Buffer& heads, const cl::Buffer& out, std::uint64_t n);
 
 /// One result per segment [offsets[s], offsets[s+1]), s < segments (offsets holds segments + 1 values). Empty segments
-/// give 0 for sum, +inf for min. For min, `index` gets the lowest position that attains it (CLRAD_NONE when empty).
+/// give 0 for sum, +inf for min. For min, `index` gets the lowest position that attains it (CLRAD_NONE when empty);
+/// NaN never wins, and nothing but NaN counts as empty. Sums: a row of 16 by pairs, the 64 rows of a block of 1024 from
+/// left to right, blocks (from the segment's start) from left to right.
 void segmented_reduce_sum(Device&, const cl::Buffer& in, const cl::Buffer& offsets, const cl::Buffer& out, std::uint64_t segments);
 void segmented_reduce_min(Device&, const cl::Buffer& in, const cl::Buffer& offsets, const cl::Buffer& out,
                           const cl::Buffer& index, std::uint64_t segments);
 
-/// Sum in double on the host of fixed blocks of 1024 floats on the device (n = 0: 0).
+/// Sum in double on the host of fixed blocks of 1024 floats on the device, these as in segmented_reduce_sum (n = 0: 0).
 double reduce_sum_float(Device&, const cl::Buffer& in, std::uint64_t n);
 struct ArgMax {
   float value;

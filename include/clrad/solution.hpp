@@ -13,13 +13,16 @@
 
 namespace clrad {
 
-/// The frame kernels work in: frame = (metres - centre) x 2^-exponent; the scene's longest side is in [1, 2) there.
+/// The frame kernels work in: frame = (metres - centre) x 2^-exponent; the scene's longest side is in [1, 2)
+/// there.
 struct FrameTransform {
   glm::dvec3 centre_m{0, 0, 0};
   int exponent = 0;
 
   double metres_per_unit() const { return std::ldexp(1.0, exponent); }
-  glm::dvec3 to_frame(const glm::dvec3& metres) const { return (metres - centre_m) * std::ldexp(1.0, -exponent); }
+  glm::dvec3 to_frame(const glm::dvec3& metres) const {
+    return (metres - centre_m) * std::ldexp(1.0, -exponent);
+  }
   glm::dvec3 from_frame(const glm::dvec3& p) const { return p * metres_per_unit() + centre_m; }
 };
 
@@ -101,8 +104,8 @@ struct Solution {
 };
 
 /// Radiosity to draw, [band][vertex]: as vertex_radiosity, but a covered vertex takes the mean of the
-/// uncovered corners of its elements, so that no shadow bleeds out from under what stands there and no light
-/// leaks in.
+/// uncovered corners of its elements (each as often as it is one), so that no shadow bleeds out from under
+/// what stands there and no light leaks in.
 std::vector<double> display_radiosity(const Solution& solution);
 
 /// Area-weighted means of one polygon.

@@ -73,22 +73,26 @@ kernel ONE_GROUP void allocate_owners_trees(global const uint* offsets, uint n, 
 
 /* ---- indices of the flagged, ascending ---------------------------------------------------------------------------- */
 
-/* [begin, end) of flags to indices[at .. last). Never writes at `last`, which is the next block's. */
+/* [begin, end) of flags to indices[at .. last). Every flag writes its index and only the set ones move on; nothing is
+ * written at `last`, which is the next block's. */
 inline void block_compact(global const uint* flags, global uint* indices, ulong begin, ulong end, ulong at, ulong last) {
-  for (ulong i = begin; at < last; i += ROW) {
-    if (i + ROW <= end) {
-      const int16 set = vload16(0, flags + i) != 0u;
-      if (!any(set)) continue;
-      if (all(set)) {
-        vstore16(LANES + (uint)i, 0, indices + at);
-        at += ROW;
-        continue;
-      }
+  ulong i = begin;
+  for (; i + ROW <= end && at + ROW <= last; i += ROW) {
+    const int16 set = vload16(0, flags + i) != 0u;
+    if (!ANY(set)) continue;
+    if (!ANY(~set)) {
+      vstore16(LANES + (uint)i, 0, indices + at);
+      at += ROW;
+      continue;
     }
-    for (uint k = 0; k < ROW && at < last; ++k) {
+    for (uint k = 0; k < ROW; ++k) {
       indices[at] = (uint)i + k;
       at += flags[i + k] != 0u;
     }
+  }
+  for (; at < last; ++i) {
+    indices[at] = (uint)i;
+    at += flags[i] != 0u;
   }
 }
 

@@ -16,18 +16,18 @@ inline float row_sum(float16 x) {
   return c.even + c.odd;
 }
 
-/* in[i .. end) and -0 from end on; reads below `limit` only. */
-inline float16 load_row_sum(global const float* in, ulong i, ulong end, ulong limit) {
+/* in[i .. end) and `pad` from end on; reads below `limit` only. */
+inline float16 load_row_padded(global const float* in, ulong i, ulong end, ulong limit, float pad) {
   if (i + ROW <= end) return vload16(0, in + i);
-  if (i + ROW <= limit) return LANES < (uint)(end - i) ? vload16(0, in + i) : (float16)(-0.0f);
+  if (i + ROW <= limit) return LANES < (uint)(end - i) ? vload16(0, in + i) : (float16)pad;
   float x[16];
-  for (uint k = 0; k < ROW; ++k) x[k] = i + k < end ? in[i + k] : -0.0f;
+  for (uint k = 0; k < ROW; ++k) x[k] = i + k < end ? in[i + k] : pad;
   return vload16(0, x);
 }
 
 inline float block_sum(global const float* in, ulong begin, ulong end, ulong limit) {
   float sum = -0.0f;
-  for (ulong i = begin; i < end; i += ROW) sum += row_sum(load_row_sum(in, i, end, limit));
+  for (ulong i = begin; i < end; i += ROW) sum += row_sum(load_row_padded(in, i, end, limit, -0.0f));
   return sum;
 }
 
@@ -35,7 +35,7 @@ inline float block_sum(global const float* in, ulong begin, ulong end, ulong lim
 inline float group_block_sum(global const float* in, ulong begin, ulong end, ulong limit, local float* rows) {
   const uint count = (uint)((end - begin + ROW - 1) / ROW);
   for (uint r = get_local_id(0); r < count; r += CLRAD_WORK_GROUP)
-    rows[r] = row_sum(load_row_sum(in, begin + r * ROW, end, limit));
+    rows[r] = row_sum(load_row_padded(in, begin + r * ROW, end, limit, -0.0f));
   barrier(CLK_LOCAL_MEM_FENCE);
   float sum = -0.0f;
   for (uint r = 0; r < count; ++r) sum += rows[r];
@@ -58,7 +58,32 @@ kernel ONE_GROUP void reduce_sum_trees(global const float* in, ulong n, global f
 
 /* ---- extremes and where they are attained: ties to the lowest position, NaN never wins ---------------------------- */
 
-/* Minimum of sign * in over [begin, end) in steps; best_index CLRAD_NONE while nothing but NaN was seen. */
+inline float smallest(float16 x) {
+  const float8 a = x.lo < x.hi ? x.lo : x.hi;
+  const float4 b = a.lo < a.hi ? a.lo : a.hi;
+  const float2 c = b.lo < b.hi ? b.lo : b.hi;
+  return c.lo < c.hi ? c.lo : c.hi;
+}
+inline uint lowest(uint16 x) {
+  const uint8 a = x.lo < x.hi ? x.lo : x.hi;
+  const uint4 b = a.lo < a.hi ? a.lo : a.hi;
+  const uint2 c = b.lo < b.hi ? b.lo : b.hi;
+  return c.lo < c.hi ? c.lo : c.hi;
+}
+
+/* The lowest position in [begin, end) where sign * in is least; CLRAD_NONE when there is nothing but NaN. */
+inline uint range_min(global const float* in, ulong begin, ulong end, ulong limit, float sign) {
+  float16 best = (float16)INFINITY;
+  uint16 at = (uint16)CLRAD_NONE;
+  for (ulong i = begin; i < end; i += ROW) {
+    const float16 x = load_row_padded(in, i, end, limit, NAN) * sign;
+    const int16 better = (x < best) | ((x == best) & (at == CLRAD_NONE));
+    best = better ? x : best;
+    at = better ? LANES + (uint)i : at;
+  }
+  return lowest(best == smallest(best) ? at : (uint16)CLRAD_NONE);
+}
+
 inline void take_min(float value, uint index, float* best, uint* best_index) {
   if (value < *best || (value == *best && index < *best_index)) {
     *best = value;
@@ -66,35 +91,13 @@ inline void take_min(float value, uint index, float* best, uint* best_index) {
   }
 }
 
-inline void range_min(global const float* in, ulong begin, ulong end, float sign, float* best, uint* best_index) {
-  ulong i = begin;
-  if (end - begin >= 2 * ROW) {
-    float16 b = (float16)INFINITY;
-    uint16 at = (uint16)CLRAD_NONE;
-    for (; i + ROW <= end; i += ROW) {
-      const float16 x = vload16(0, in + i) * sign;
-      const int16 better = (x < b) | ((x == b) & (at == CLRAD_NONE));
-      b = better ? x : b;
-      at = better ? LANES + (uint)i : at;
-    }
-    float v[16];
-    uint p[16];
-    vstore16(b, 0, v);
-    vstore16(at, 0, p);
-    for (uint k = 0; k < ROW; ++k) take_min(v[k], p[k], best, best_index);
-  }
-  for (; i < end; ++i) take_min(in[i] * sign, (uint)i, best, best_index);
-}
-
 /* sign = -1: argmax. One (value, index) pair per block. */
 kernel void arg_blocks(global const float* in, ulong n, ulong length, float sign, global float* values,
                        global uint* indices) {
   const ulong block = get_global_id(0), begin = block * length;
   if (begin >= n) return;
-  float best = INFINITY;
-  uint index = CLRAD_NONE;
-  range_min(in, begin, min(begin + length, n), sign, &best, &index);
-  values[block] = best * sign;
+  const uint index = range_min(in, begin, min(begin + length, n), n, sign);
+  values[block] = index == CLRAD_NONE ? -INFINITY : in[index];
   indices[block] = index;
 }
 
@@ -155,10 +158,8 @@ kernel void segment_min_blocks(global const float* in, global const uint* offset
                                global uint* index) {
   const size_t s = get_global_id(0);
   if (s >= segments) return;
-  float best = INFINITY;
-  uint at = CLRAD_NONE;
-  range_min(in, offsets[s], offsets[s + 1], 1.0f, &best, &at);
-  out[s] = best;
+  const uint at = range_min(in, offsets[s], offsets[s + 1], offsets[segments], 1.0f);
+  out[s] = at == CLRAD_NONE ? INFINITY : in[at];
   index[s] = at;
 }
 
@@ -187,10 +188,8 @@ kernel ONE_GROUP void segment_min_trees(global const float* in, global const uin
   local uint p[CLRAD_WORK_GROUP];
   const size_t first = get_group_id(0) * (size_t)CLRAD_WORK_GROUP, s = first + get_local_id(0);
   if (s < segments && offsets[s + 1] - offsets[s] <= LONG_SEGMENT) {
-    float best = INFINITY;
-    uint at = CLRAD_NONE;
-    range_min(in, offsets[s], offsets[s + 1], 1.0f, &best, &at);
-    out[s] = best;
+    const uint at = range_min(in, offsets[s], offsets[s + 1], offsets[segments], 1.0f);
+    out[s] = at == CLRAD_NONE ? INFINITY : in[at];
     index[s] = at;
   }
   for (size_t t = first; t < min(first + CLRAD_WORK_GROUP, (size_t)segments); ++t) {

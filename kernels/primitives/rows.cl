@@ -36,6 +36,33 @@ inline void store_row(uint16 x, global uint* out, ulong i, ulong end) {
   for (uint k = 0; k < ROW && i + k < end; ++k) out[i + k] = y[k];
 }
 
+/* Whether any lane of an int16 is set: one compare where the compiler has a reduction, 16 branches on PoCL otherwise. */
+#define ANY(m) any(m)
+#ifdef __has_builtin
+#if __has_builtin(__builtin_reduce_or)
+#undef ANY
+#define ANY(m) (__builtin_reduce_or(m) != 0)
+#endif
+#endif
+
+/* A whole row past the caches where the compiler can (outputs larger than the caches: no line is read before it is
+ * written). Ends with streamed() before the kernel does. */
+#ifdef __has_builtin
+#if __has_builtin(__builtin_nontemporal_store)
+#define CLRAD_STREAM
+#endif
+#endif
+inline void stream_row(uint16 x, global uint* out, ulong i) {
+#ifdef CLRAD_STREAM
+  if (((size_t)(out + i) & 63) == 0) {
+    __builtin_nontemporal_store(x, (global uint16*)(out + i));
+    return;
+  }
+#endif
+  vstore16(x, 0, out + i);
+}
+inline void streamed(void) { mem_fence(CLK_GLOBAL_MEM_FENCE); }
+
 /* Inclusive sums within a row, modulo 2^32. */
 inline uint16 row_scan(uint16 x) {
   x += UP1(x) & as_uint16(FROM1);

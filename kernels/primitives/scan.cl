@@ -40,30 +40,31 @@ inline void block_scan(global const uint* in, global uint* out, ulong begin, ulo
   }
 }
 
-kernel void scan_sums_blocks(global const uint* in, ulong n, ulong length, uint mode, global ulong* sums) {
-  const ulong block = get_global_id(0), begin = block * length;
+kernel void scan_sums_blocks(global const uint* in, ulong n, ulong length, uint first, uint mode,
+                             global ulong* sums) {
+  const ulong block = first + get_global_id(0), begin = block * length;
   if (begin >= n) return;
-  sums[block] = block_sum(in, begin, min(begin + length, n), mode);
+  sums[block + 1] = block_sum(in, begin, min(begin + length, n), mode);
 }
 
-/* sums[0 .. blocks) -> exclusive sums, sums[blocks] = total. One work-item. */
-kernel void scan_top_blocks(global ulong* sums, uint blocks) {
+/* sums[first] holds what comes before; sums[b + 1], the sum of block b, becomes the sum up to and with block b: what
+ * comes before block b + 1, and in the end the total. One work-item. */
+kernel void scan_top_blocks(global ulong* sums, uint first, uint last) {
   if (get_global_id(0) > 0) return;
-  ulong carry = 0;
-  for (uint b = 0; b < blocks; ++b) {
-    const ulong x = sums[b];
-    sums[b] = carry;
-    carry += x;
+  ulong carry = first == 0 ? 0ul : sums[first];
+  sums[first] = carry;
+  for (uint b = first; b < last; ++b) {
+    carry += sums[b + 1];
+    sums[b + 1] = carry;
   }
-  sums[blocks] = carry;
 }
 
-kernel void scan_blocks(global const uint* in, ulong n, ulong length, uint mode, global const ulong* sums,
-                        uint blocks, global uint* out) {
-  const ulong block = get_global_id(0), begin = block * length;
+kernel void scan_blocks(global const uint* in, ulong n, ulong length, uint first, uint mode, global const ulong* sums,
+                        global uint* out) {
+  const ulong block = first + get_global_id(0), begin = block * length;
   if (begin >= n) return;
   block_scan(in, out, begin, min(begin + length, n), (uint)sums[block], mode);
-  if ((mode & APPEND) && block == 0) out[n] = (uint)sums[blocks];
+  if ((mode & APPEND) && begin + length >= n) out[n] = (uint)sums[block + 1];
 }
 
 /* All of a short array in one launch of one work-item; sums[0] = total. */
@@ -99,35 +100,33 @@ inline void group_block_scan(global const uint* in, global uint* out, ulong begi
 }
 
 kernel ONE_GROUP void scan_sums_trees(
-    global const uint* in, ulong n, ulong length, uint mode, global ulong* sums) {
+    global const uint* in, ulong n, ulong length, uint first, uint mode, global ulong* sums) {
   local ulong scratch[CLRAD_WORK_GROUP];
-  const ulong block = get_group_id(0), begin = block * length;
+  const ulong block = first + get_group_id(0), begin = block * length;
   const ulong sum = group_block_sum(in, begin, min(begin + length, n), mode, scratch);
-  if (get_local_id(0) == 0) sums[block] = sum;
+  if (get_local_id(0) == 0) sums[block + 1] = sum;
 }
 
-/* sums[0 .. blocks) -> exclusive sums, sums[blocks] = total. One work-group. */
-kernel ONE_GROUP void scan_top_trees(global ulong* sums,
-                                                                                        uint blocks) {
+/* As scan_top_blocks, by one work-group. */
+kernel ONE_GROUP void scan_top_trees(global ulong* sums, uint first, uint last) {
   local ulong scratch[CLRAD_WORK_GROUP];
-  ulong carry = 0;
-  for (uint tile = 0; tile < blocks; tile += CLRAD_WORK_GROUP) {
+  ulong carry = first == 0 ? 0ul : sums[first];
+  for (uint tile = first; tile < last; tile += CLRAD_WORK_GROUP) {
     const uint b = tile + get_local_id(0);
-    const ulong x = b < blocks ? sums[b] : 0ul;
-    const ulong s = group_scan_wide(x, scratch);
-    if (b < blocks) sums[b] = carry + s - x;
+    const ulong s = group_scan_wide(b < last ? sums[b + 1] : 0ul, scratch);
+    if (b < last) sums[b + 1] = carry + s;
     carry += scratch[CLRAD_WORK_GROUP - 1];
     barrier(CLK_LOCAL_MEM_FENCE);
   }
-  if (get_local_id(0) == 0) sums[blocks] = carry;
+  if (first == 0 && get_local_id(0) == 0) sums[0] = 0;
 }
 
 kernel ONE_GROUP void scan_trees(
-    global const uint* in, ulong n, ulong length, uint mode, global const ulong* sums, uint blocks, global uint* out) {
+    global const uint* in, ulong n, ulong length, uint first, uint mode, global const ulong* sums, global uint* out) {
   local uint scratch[CLRAD_WORK_GROUP];
-  const ulong block = get_group_id(0), begin = block * length;
+  const ulong block = first + get_group_id(0), begin = block * length;
   group_block_scan(in, out, begin, min(begin + length, n), (uint)sums[block], mode, scratch);
-  if ((mode & APPEND) && block == 0 && get_local_id(0) == 0) out[n] = (uint)sums[blocks];
+  if ((mode & APPEND) && begin + length >= n && get_local_id(0) == 0) out[n] = (uint)sums[block + 1];
 }
 
 /* All of a short array in one work-group; sums[0] = total. */

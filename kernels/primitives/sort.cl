@@ -2,6 +2,7 @@
  * per block, scans the counts digit by digit (scan.cl: counts[digit * blocks + block]), and moves every pair to its
  * place. */
 #include "primitives/group.cl"
+#include "primitives/rows.cl"
 
 /* ---- blocks: 8 bits a pass, one work-item a block ------------------------------------------------------------------ */
 
@@ -16,19 +17,39 @@ kernel void sort_count_blocks(global const uint* keys, ulong n, ulong length, ui
   for (uint d = 0; d <= mask; ++d) counts[(ulong)d * blocks + block] = count[d];
 }
 
+/* Pairs go to 256 places at a time, far apart. They are collected 16 of a digit at a time and written as whole rows, so
+ * that neither cache lines nor pages are fetched per pair (Satish et al. 2010, "Fast sort on CPUs and GPUs"). */
 kernel void sort_move_blocks(global const uint* keys, global const uint* values, ulong n, ulong length, uint blocks,
                              uint shift, uint mask, global const uint* starts, global uint* keys_out,
                              global uint* values_out) {
   const ulong block = get_global_id(0), begin = block * length;
   if (begin >= n) return;
   const ulong end = min(begin + length, n);
-  uint at[256];
-  for (uint d = 0; d <= mask; ++d) at[d] = starts[(ulong)d * blocks + block];
+  uint start[256], at[256];
+  uint key_rows[256 * ROW], value_rows[256 * ROW];
+  for (uint d = 0; d <= mask; ++d) start[d] = at[d] = starts[(ulong)d * blocks + block];
   for (ulong i = begin; i < end; ++i) {
-    const uint key = keys[i], to = at[(key >> shift) & mask]++;
-    keys_out[to] = key;
-    values_out[to] = values[i];
+    const uint key = keys[i], d = (key >> shift) & mask, to = at[d]++, lane = to % ROW;
+    key_rows[d * ROW + lane] = key;
+    value_rows[d * ROW + lane] = values[i];
+    if (lane < ROW - 1) continue;
+    const uint row = to - lane;
+    if (row >= start[d]) {
+      stream_row(vload16(d, key_rows), keys_out, row);
+      stream_row(vload16(d, value_rows), values_out, row);
+    } else {
+      for (uint k = start[d] - row; k < ROW; ++k) {
+        keys_out[row + k] = key_rows[d * ROW + k];
+        values_out[row + k] = value_rows[d * ROW + k];
+      }
+    }
   }
+  for (uint d = 0; d <= mask; ++d)
+    for (uint to = max(start[d], at[d] - at[d] % ROW); to < at[d]; ++to) {
+      keys_out[to] = key_rows[d * ROW + to % ROW];
+      values_out[to] = value_rows[d * ROW + to % ROW];
+    }
+  streamed();
 }
 
 /* ---- trees: 4 bits a pass, one work-group a block of CLRAD_WORK_GROUP * RUN pairs, RUN consecutive ones a work-item -- */

@@ -51,7 +51,10 @@ Uints random_offsets(std::uint64_t n, std::mt19937& random) {
   Uints offsets{0};
   while (offsets.back() < n) {
     const unsigned kind = random() % 16;
-    const std::uint64_t length = kind == 0 ? 0 : kind == 1 ? random() % 5000 : kind == 2 ? 250 + random() % 20 : random() % 40;
+    const std::uint64_t length = kind == 0   ? 0
+                                 : kind == 1 ? random() % 5000
+                                 : kind == 2 ? 250 + random() % 20
+                                             : random() % 40;
     offsets.push_back(std::uint32_t(std::min<std::uint64_t>(n, offsets.back() + length)));
   }
   if (random() % 2) offsets.push_back(std::uint32_t(n));  // an empty one at the end
@@ -63,7 +66,8 @@ Floats random_floats(std::uint64_t n, std::mt19937& random, bool special) {
   for (auto& v : values) {
     v = float(int(random() % 2001) - 1000) / 8;  // many ties
     if (special && random() % 8 == 0) {
-      const float specials[] = {0.0f, -0.0f, inf, -inf, nan, std::numeric_limits<float>::denorm_min(), -nan, 1e38f};
+      const float specials[] = {0.0f, -0.0f, inf, -inf, nan, std::numeric_limits<float>::denorm_min(),
+                                -nan, 1e38f};
       v = specials[random() % 8];
     }
   }
@@ -71,7 +75,8 @@ Floats random_floats(std::uint64_t n, std::mt19937& random, bool special) {
 }
 
 void expect_segments(const Way& way, const Floats& values, const Uints& offsets) {
-  SCOPED_TRACE(testing::Message() << way << ", n = " << values.size() << ", segments = " << offsets.size() - 1);
+  SCOPED_TRACE(testing::Message() << way << ", n = " << values.size()
+                                  << ", segments = " << offsets.size() - 1);
   Device& device = device_for(way);
   const std::uint64_t segments = offsets.size() - 1;
   const Array<float> in(device, std::span<const float>(values), "in");
@@ -144,7 +149,7 @@ TEST(SegmentedReduce, EqualsTheOracleOnAnyInput) {
     offsets.push_back(0);
     offsets.push_back(std::uint32_t(values.size()));
     std::sort(offsets.begin(), offsets.end());
-    for (const Way& way : {ways()[0], ways()[3]}) expect_segments(way, values, offsets);
+    for (const Way& way : {ways()[0], ways()[1]}) expect_segments(way, values, offsets);
     RC_ASSERT(!testing::Test::HasFailure());
   });
 }
@@ -155,7 +160,8 @@ TEST(Reduce, SumInBlocksOf1024WhateverTheShape) {
     Floats values = random_floats(n, random, false);
     for (auto& v : values) v *= 1.1f;  // sums round, so that another order would show
     double want = 0;
-    for (std::size_t b = 0; b < n; b += 1024) want += double(block_sum(values.data() + b, std::min<std::size_t>(1024, n - b)));
+    for (std::size_t b = 0; b < n; b += 1024)
+      want += double(block_sum(values.data() + b, std::min<std::size_t>(1024, n - b)));
     for (const Way& way : ways()) {
       Device& device = device_for(way);
       const Array<float> in(device, std::span<const float>(values), "in");

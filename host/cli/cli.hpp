@@ -1,0 +1,40 @@
+// The verbs of the command line: parsing and printing, nothing else.
+#pragma once
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <string>
+
+#include "clrad/clrad.hpp"
+
+namespace clrad::cli {
+
+enum ExitCode { done = 0, failure = 1, bad_usage = 2, bad_input = 3, stopped = 4 };
+
+/// A verb adds its subcommand and leaves in `action` what to run when it was chosen; the action returns an exit code.
+using Action = std::function<int()>;
+void add_solve(CLI::App& app, Action& action);
+void add_check(CLI::App& app, Action& action);
+void add_devices(CLI::App& app, Action& action);
+
+/// --device, --cores, --precision, --memory, for every verb that computes.
+struct DeviceArguments {
+  DeviceOptions options;
+  std::string precision = "float", memory;
+  void add_to(CLI::App& verb);
+  DeviceOptions resolved() const;
+};
+
+/// "64M", "2GiB", "1000000" -> bytes. Throws UsageError.
+std::uint64_t parse_bytes(const std::string& text);
+/// "640x480". Throws UsageError.
+std::pair<unsigned, unsigned> parse_size(const std::string& text);
+/// A camera of the scene by name or number, or "ex,ey,ez,tx,ty,tz[,degrees]" in the file's units; empty: the scene's
+/// first camera, else one that shows the scene. Throws UsageError.
+Camera choose_camera(const std::string& text, const Scene& scene, double unit_m);
+/// Lengths: metres, or a number with mm, cm, m.
+double parse_unit(const std::string& text);
+
+/// Findings, one a line: `file:line: warning (rule): message`.
+void print_diagnostics(const std::vector<Diagnostic>& diagnostics, std::FILE* to);
+
+}  // namespace clrad::cli

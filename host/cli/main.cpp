@@ -1,0 +1,37 @@
+#include <fmt/format.h>
+
+#include "cli/cli.hpp"
+
+int main(int argc, char** argv) {
+  using namespace clrad;
+  CLI::App app(
+      "clrad: data-parallel radiosity. Finds how the diffuse surfaces of a scene light each other and gives pictures, numbers "
+      "and files that other tools open.\n");
+  app.set_version_flag("--version", "clrad " CLRAD_VERSION);
+  app.require_subcommand(1);
+  app.footer(
+      "Examples:\n"
+      "  clrad solve scenes/cornell.obj -o out      picture, glTF and report into out/\n"
+      "  clrad solve room.glb --sensors desk.pts --json report.json\n"
+      "  clrad check room.glb                       what is wrong with the file\n"
+      "Exit codes: 0 done, 1 a failure of the program or device, 2 bad usage, 3 bad input, 4 stopped, partial result written.");
+  cli::Action action;
+  cli::add_solve(app, action);
+  cli::add_check(app, action);
+  cli::add_devices(app, action);
+  try {
+    app.parse(argc, argv);
+    return action();
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? cli::done : cli::bad_usage;
+  } catch (const UsageError& e) {
+    fmt::print(stderr, "clrad: {}\n", e.what());
+    return cli::bad_usage;
+  } catch (const InputError& e) {
+    fmt::print(stderr, "{}\n", e.what());
+    return cli::bad_input;
+  } catch (const std::exception& e) {
+    fmt::print(stderr, "clrad: {}\n", e.what());
+    return cli::failure;
+  }
+}

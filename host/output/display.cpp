@@ -1,0 +1,88 @@
+// What is drawn and what is averaged: covered vertices are filled in for the eye, and stay dark in area
+// means.
+#include <algorithm>
+
+#include "clrad/solution.hpp"
+
+namespace clrad {
+namespace {
+
+// Who stands in for a covered vertex: the uncovered corners of its elements, each as often as it is such a
+// corner.
+struct Fill {
+  std::uint32_t vertex;
+  std::vector<std::uint32_t> from;
+};
+
+// One ring of covered vertices that have an uncovered corner in one of their elements; `covered` is updated.
+std::vector<Fill> next_ring(const Mesh& mesh, std::vector<std::uint8_t>& covered) {
+  std::vector<std::uint32_t> slot(covered.size(), 0);
+  std::vector<Fill> ring;
+  for (const Element& element : mesh.elements) {
+    const int corners = element.vertex[3] == 0xffffffffu ? 3 : 4;
+    for (int a = 0; a < corners; ++a) {
+      const std::uint32_t to = element.vertex[a];
+      if (!covered[to]) continue;
+      for (int b = 0; b < corners; ++b) {
+        const std::uint32_t from = element.vertex[b];
+        if (covered[from]) continue;
+        if (slot[to] == 0) ring.push_back({to, {}}), slot[to] = std::uint32_t(ring.size());
+        ring[slot[to] - 1].from.push_back(from);
+      }
+    }
+  }
+  for (const Fill& fill : ring) covered[fill.vertex] = 0;
+  return ring;
+}
+
+}  // namespace
+
+std::vector<double> display_radiosity(const Solution& solution) {
+  const std::uint32_t vertices = solution.vertex_count();
+  std::vector<double> radiosity(std::size_t(solution.bands) * vertices, 0.0);
+  for (std::uint32_t band = 0; band < solution.bands; ++band)
+    for (std::uint32_t p = 0; p < solution.mesh.polygons.size(); ++p) {
+      const PolygonMesh& polygon = solution.mesh.polygons[p];
+      for (std::uint32_t v = polygon.first_vertex; v < polygon.first_vertex + polygon.vertices; ++v)
+        radiosity[std::size_t(band) * vertices + v] = solution.vertex_radiosity(band, v, p);
+    }
+  // Rings inwards, so that an element all of whose corners are covered, each by another block, is not black.
+  std::vector<std::uint8_t> covered = solution.vertex_covered;
+  if (std::none_of(covered.begin(), covered.end(), [](std::uint8_t c) { return c != 0; })) return radiosity;
+  for (auto ring = next_ring(solution.mesh, covered); !ring.empty(); ring = next_ring(solution.mesh, covered))
+    for (std::uint32_t band = 0; band < solution.bands; ++band) {
+      double* const b = radiosity.data() + std::size_t(band) * vertices;
+      for (const Fill& fill : ring) {
+        double sum = 0;
+        for (const std::uint32_t v : fill.from) sum += b[v];
+        b[fill.vertex] = sum / double(fill.from.size());
+      }
+    }
+  return radiosity;
+}
+
+std::vector<PolygonMean> polygon_means(const Solution& solution) {
+  const std::size_t patches = solution.mesh.patches.size();
+  std::vector<PolygonMean> means;
+  for (std::size_t p = 0; p < solution.scene.polygons.size(); ++p) {
+    const PolygonMesh& mesh = solution.mesh.polygons[p];
+    const Material& material = solution.scene.materials[solution.scene.polygons[p].material];
+    PolygonMean mean;
+    for (std::uint32_t i = 0; i < mesh.patches; ++i)
+      mean.area_m2 += solution.mesh.patches[mesh.first_patch + i].area_m2;
+    for (std::uint32_t band = 0; band < solution.bands; ++band) {
+      double power = 0;
+      for (std::uint32_t i = 0; i < mesh.patches; ++i) {
+        const std::size_t patch = mesh.first_patch + i;
+        power += solution.mesh.patches[patch].area_m2 * solution.patch_irradiance[band * patches + patch];
+      }
+      const double irradiance = mean.area_m2 > 0 ? power / mean.area_m2 : 0;
+      mean.irradiance.push_back(irradiance);
+      mean.radiosity.push_back(material.emitted_exitance[band] + material.reflectance[band] * irradiance);
+    }
+    means.push_back(std::move(mean));
+  }
+  return means;
+}
+
+}  // namespace clrad

@@ -1,0 +1,144 @@
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "clrad/output.hpp"
+
+namespace clrad {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json vector3(const glm::dvec3& v) {
+  return Json::array({v.x, v.y, v.z});
+}
+
+// Keys of physical quantities end in their unit.
+struct Units {
+  std::string power, flux_density;
+  explicit Units(Quantity quantity)
+      : power(quantity == Quantity::photometric ? "_lm" : "_W"), flux_density(power + "_m2") {}
+};
+
+Json scene_json(const Solution& solution) {
+  const Scene& scene = solution.scene;
+  return {{"file", scene.file},
+          {"quantity", scene.quantity == Quantity::photometric ? "photometric" : "radiometric"},
+          {"polygons", scene.polygons.size()},
+          {"patches", solution.mesh.patches.size()},
+          {"elements", solution.mesh.elements.size()},
+          {"vertices", solution.vertex_count()},
+          {"bands", scene.bands}};
+}
+
+Json device_json(const DeviceInfo& device) {
+  return {{"index", device.index},
+          {"name", device.name},
+          {"platform", device.platform},
+          {"driver", device.driver},
+          {"version", device.version},
+          {"gpu", device.gpu},
+          {"fp64", device.fp64},
+          {"compute_units", device.compute_units},
+          {"memory_bytes", device.memory_bytes},
+          {"largest_buffer_bytes", device.largest_buffer_bytes}};
+}
+
+Json effects_json(const Report& report) {
+  Json all = Json::array();
+  for (const Effect& effect : report.effects) {
+    const bool known = effect.skip_error_relative >= 0;
+    all.push_back({{"name", effect.name},
+                   {"needed", effect.needed},
+                   {"reason", effect.reason},
+                   {"skip_error_relative", known ? Json(effect.skip_error_relative) : Json(nullptr)}});
+  }
+  return all;
+}
+
+Json error_json(const Report& report) {
+  Json parts = Json::array();
+  for (const ErrorPart& part : report.error.parts)
+    parts.push_back(
+        {{"name", part.name}, {"relative", part.relative}, {"kind", part.bound ? "bound" : "estimate"}});
+  return {{"total_relative", report.error.total_relative}, {"parts", parts}};
+}
+
+Json polygons_json(const Solution& solution, const Units& units) {
+  Json all = Json::array();
+  const auto means = polygon_means(solution);
+  for (std::size_t p = 0; p < means.size(); ++p)
+    all.push_back({{"name", solution.scene.polygons[p].name},
+                   {"area_m2", means[p].area_m2},
+                   {"radiosity" + units.flux_density, means[p].radiosity},
+                   {"irradiance" + units.flux_density, means[p].irradiance}});
+  return all;
+}
+
+Json sensors_json(const Solution& solution, const Units& units) {
+  Json all = Json::array();
+  for (const SensorResult& sensor : solution.sensors)
+    all.push_back({{"position_m", vector3(sensor.position_m)},
+                   {"normal", vector3(sensor.normal)},
+                   {"irradiance" + units.flux_density, sensor.irradiance},
+                   {"irradiance_error" + units.flux_density, sensor.irradiance_error}});
+  return all;
+}
+
+}  // namespace
+
+std::string report_json(const Solution& solution) {
+  const Report& report = solution.report;
+  const Units units(solution.scene.quantity);
+  Json json;
+  json["schema"] = "clrad-report-1";
+  json["program"] = {{"version", CLRAD_VERSION}, {"commit", CLRAD_COMMIT}};
+  json["scene"] = scene_json(solution);
+  json["device"] = device_json(report.device);
+  json["options"] = Json::object();
+  for (const auto& [name, value] : report.options) json["options"][name] = value;
+  json["converged"] = !solution.stopped;
+  json["stopped"] = solution.stopped;
+  json["unshot_relative"] = solution.unshot_relative;
+  json["effects"] = effects_json(report);
+  json["stages"] = Json::array();
+  for (const StageProfile& stage : report.stages)
+    json["stages"].push_back(
+        {{"name", stage.name}, {"launches", stage.launches}, {"seconds", stage.seconds}});
+  json["shoots"] = report.shoots;
+  json["reshoots"] = report.reshoots;
+  json["rays"] = report.rays;
+  json["pieces"] = report.pieces;
+  json["candidates"] = report.candidates;
+  json["exact_tests"] = report.exact_tests;
+  json["seconds"] = {{"import", report.seconds.import},
+                     {"build", report.seconds.build},
+                     {"solve", report.seconds.solve},
+                     {"render", report.seconds.render},
+                     {"total", report.seconds.total}};
+  json["energy"] = {{"closed", report.energy.closed},
+                    {"emitted" + units.power, report.energy.emitted},
+                    {"absorbed" + units.power, report.energy.absorbed},
+                    {"unshot" + units.power, report.energy.unshot},
+                    {"unaccounted" + units.power, report.energy.unaccounted},
+                    {"unaccounted_relative", report.energy.unaccounted_relative}};
+  json["error"] = error_json(report);
+  json["invariants"] = Json::array();
+  for (const Invariant& invariant : report.invariants)
+    json["invariants"].push_back({{"name", invariant.name},
+                                  {"worst", invariant.worst},
+                                  {"allowed", invariant.allowed},
+                                  {"holds", invariant.holds}});
+  json["memory"] = {{"device_peak_bytes", report.device_peak_bytes},
+                    {"host_peak_bytes", report.host_peak_bytes}};
+  json["warnings"] = report.warnings;
+  json["polygons"] = polygons_json(solution, units);
+  json["sensors"] = sensors_json(solution, units);
+  // A NaN or infinity is written as null; names that are not UTF-8 get replacement characters.
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+void write_report(const std::string& path, const Solution& solution) {
+  write_file(path, report_json(solution));
+}
+
+}  // namespace clrad

@@ -1,0 +1,289 @@
+#include "scene/gltf.hpp"
+
+#include <fmt/format.h>
+
+#include <clrad/error.hpp>
+#include <cmath>
+#include <filesystem>
+#include <glm/geometric.hpp>
+#include <glm/gtc/quaternion.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/mat4x4.hpp>
+#include <numbers>
+
+#include "scene/gltf_geometry.hpp"
+#include "scene/quads.hpp"
+#include "scene/read_file.hpp"
+
+namespace clrad {
+namespace {
+
+using Severity = Diagnostic::Severity;
+
+// Images are not used, so they are not decoded.
+bool leave_image(tinygltf::Image*, const int, std::string*, std::string*, int, int, const unsigned char*, int,
+                 void*) {
+  return true;
+}
+
+std::string one_line(std::string text) {
+  while (!text.empty() && (text.back() == '\n' || text.back() == ' ')) text.pop_back();
+  for (char& c : text) c = c == '\n' ? ' ' : c;
+  return text;
+}
+
+tinygltf::Model parse(const std::string& path, bool binary) {
+  const std::string bytes = read_file(path);
+  tinygltf::Model model;
+  tinygltf::TinyGLTF loader;
+  loader.SetImageLoader(leave_image, nullptr);
+  std::string error, warning;
+  const std::string folder = std::filesystem::path(path).parent_path().string();
+  const auto size = static_cast<unsigned int>(bytes.size());
+  bool read = false;
+  try {
+    read = binary ? loader.LoadBinaryFromMemory(&model, &error, &warning,
+                                                reinterpret_cast<const unsigned char*>(bytes.data()), size,
+                                                folder)
+                  : loader.LoadASCIIFromString(&model, &error, &warning, bytes.data(), size, folder);
+  } catch (const std::exception& e) {  // the library's JSON parser throws on wrong types
+    error = e.what();
+  }
+  if (!read) throw InputError(fmt::format("{}: is not valid glTF, or cut off: {}", path, one_line(error)));
+  return model;
+}
+
+glm::dmat4 transform_of(const tinygltf::Node& node) {
+  glm::dmat4 m(1.0);
+  if (node.matrix.size() == 16) {
+    for (int i = 0; i < 16; ++i) m[i / 4][i % 4] = node.matrix[std::size_t(i)];
+    return m;
+  }
+  if (node.rotation.size() == 4) {
+    const glm::dquat q(node.rotation[3], node.rotation[0], node.rotation[1], node.rotation[2]);
+    m = glm::mat4_cast(glm::normalize(q));
+  }
+  if (node.scale.size() == 3) {
+    for (int k = 0; k < 3; ++k) m[k] *= node.scale[std::size_t(k)];
+  }
+  if (node.translation.size() == 3)
+    m[3] = {node.translation[0], node.translation[1], node.translation[2], 1.0};
+  return m;
+}
+
+double emissive_strength(const tinygltf::Material& material) {
+  const auto extension = material.extensions.find("KHR_materials_emissive_strength");
+  if (extension == material.extensions.end() || !extension->second.Has("emissiveStrength")) return 1.0;
+  return extension->second.Get("emissiveStrength").GetNumberAsDouble();
+}
+
+class Reader {
+ public:
+  Reader(const tinygltf::Model& model, RawScene& scene) : model_(model), scene_(scene) {}
+
+  void read() {
+    check_extensions();
+    read_materials();
+    std::vector<int> roots;
+    if (!model_.scenes.empty()) {
+      const bool given = model_.defaultScene >= 0 && std::size_t(model_.defaultScene) < model_.scenes.size();
+      roots = model_.scenes[given ? std::size_t(model_.defaultScene) : 0].nodes;
+    } else {
+      std::vector<bool> child(model_.nodes.size(), false);
+      for (const tinygltf::Node& node : model_.nodes) {
+        for (const int c : node.children) {
+          if (c >= 0 && std::size_t(c) < child.size()) child[std::size_t(c)] = true;
+        }
+      }
+      for (std::size_t n = 0; n < child.size(); ++n) {
+        if (!child[n]) roots.push_back(static_cast<int>(n));
+      }
+    }
+    visited_.assign(model_.nodes.size(), false);
+    for (const int root : roots) read_node(root, glm::dmat4(1.0), "the scene");
+  }
+
+ private:
+  void add(Severity severity, const char* rule, const std::string& item, std::string message) {
+    scene_.add(severity, rule, {scene_.file, 0, item}, std::move(message));
+  }
+
+  void check_extensions() {
+    for (const std::string& name : model_.extensionsRequired) {
+      if (name.starts_with("KHR_materials_") || name.starts_with("KHR_texture_")) continue;
+      add(Severity::error, "extension", "",
+          fmt::format("needs extension {}, which is not read; export without it", name));
+    }
+  }
+
+  void read_materials() {
+    for (std::size_t m = 0; m < model_.materials.size(); ++m) {
+      const tinygltf::Material& theirs = model_.materials[m];
+      const tinygltf::PbrMetallicRoughness& pbr = theirs.pbrMetallicRoughness;
+      Material material;
+      material.name = theirs.name.empty() ? fmt::format("material {}", m) : theirs.name;
+      const std::string item = fmt::format("material \"{}\"", material.name);
+      material.where = {scene_.file, 0, item};
+      const double strength = emissive_strength(theirs);
+      for (std::size_t k = 0; k < 3; ++k) {
+        const double base = k < pbr.baseColorFactor.size() ? pbr.baseColorFactor[k] : 1.0;
+        const double factor = k < theirs.emissiveFactor.size() ? theirs.emissiveFactor[k] : 0.0;
+        const double radiance_nit = factor * strength;
+        material.reflectance.push_back(base * (1.0 - pbr.metallicFactor));
+        material.emitted_exitance.push_back(std::numbers::pi * radiance_nit);
+        if (radiance_nit != 0) scene_.quantity = Quantity::photometric;
+      }
+      if (pbr.baseColorTexture.index >= 0 || theirs.emissiveTexture.index >= 0 ||
+          pbr.metallicRoughnessTexture.index >= 0) {
+        add(Severity::warning, "texture-ignored", item, "its textures are ignored; the factors count");
+      }
+      if (theirs.alphaMode != "OPAQUE" && !theirs.alphaMode.empty()) {
+        add(Severity::warning, "transparency-ignored", item, "it is transparent; it is taken as opaque");
+      }
+      if (theirs.doubleSided) {
+        add(Severity::warning, "double-sided", item, "it is double-sided; only its front reflects and emits");
+      }
+      scene_.materials.push_back(std::move(material));
+    }
+  }
+
+  std::string item_of(int index) const {
+    const std::string& name = model_.nodes[std::size_t(index)].name;
+    return name.empty() ? fmt::format("node {}", index) : fmt::format("node \"{}\"", name);
+  }
+
+  // Parents come before children; a node met twice hangs in a cycle or under two parents, which glTF forbids.
+  void read_node(int root, const glm::dmat4& parent, const std::string& root_from) {
+    struct Visit {
+      int node;
+      glm::dmat4 parent;
+      std::string from;
+    };
+    std::vector<Visit> waiting = {{root, parent, root_from}};
+    while (!waiting.empty()) {
+      const Visit visit = waiting.back();
+      waiting.pop_back();
+      if (visit.node < 0 || std::size_t(visit.node) >= model_.nodes.size()) {
+        add(Severity::error, "reference", visit.from, fmt::format("node {} does not exist", visit.node));
+        continue;
+      }
+      const std::string item = item_of(visit.node);
+      if (visited_[std::size_t(visit.node)]) {
+        add(Severity::error, "node-cycle", item, "is reached twice; a node has one parent and no cycle");
+        continue;
+      }
+      visited_[std::size_t(visit.node)] = true;
+      const tinygltf::Node& node = model_.nodes[std::size_t(visit.node)];
+      const glm::dmat4 world = visit.parent * transform_of(node);
+      if (node.mesh >= 0) read_mesh(node, world, item);
+      if (node.camera >= 0) read_camera(node, world, item);
+      for (auto child = node.children.rbegin(); child != node.children.rend(); ++child) {
+        waiting.push_back({*child, world, item});
+      }
+    }
+  }
+
+  void read_mesh(const tinygltf::Node& node, const glm::dmat4& world, const std::string& node_item) {
+    if (std::size_t(node.mesh) >= model_.meshes.size()) {
+      return add(Severity::error, "reference", node_item, fmt::format("mesh {} does not exist", node.mesh));
+    }
+    const tinygltf::Mesh& mesh = model_.meshes[std::size_t(node.mesh)];
+    if (node.skin >= 0) {
+      add(Severity::warning, "deformation-ignored", node_item,
+          "its skin is ignored; the mesh is taken as it rests");
+    }
+    for (std::size_t p = 0; p < mesh.primitives.size(); ++p) {
+      const std::string item = fmt::format("{}, primitive {}", node_item, p);
+      try {
+        read_primitive(mesh.primitives[p], world, item, node.name.empty() ? mesh.name : node.name);
+      } catch (const GltfFault& fault) {
+        add(Severity::error, fault.rule.c_str(), item, fault.what());
+      }
+    }
+  }
+
+  void read_primitive(const tinygltf::Primitive& primitive, const glm::dmat4& world, const std::string& item,
+                      const std::string& name) {
+    if (primitive.mode != -1 &&
+        (primitive.mode < TINYGLTF_MODE_TRIANGLES || primitive.mode > TINYGLTF_MODE_TRIANGLE_FAN)) {
+      return add(Severity::warning, "primitive-ignored", item,
+                 "points and lines are ignored; only triangles count");
+    }
+    if (!primitive.targets.empty()) {
+      add(Severity::warning, "deformation-ignored", item, "its morph targets are ignored");
+    }
+    const std::uint32_t material = material_of(primitive.material, item);
+    const std::vector<glm::dvec3> positions = read_positions(model_, primitive);
+    // A mirroring transform turns fronts into backs; glTF 2.0, section 3.7.4, says to take the winding the
+    // other way.
+    const bool mirrored = glm::determinant(glm::dmat3(world)) < 0;
+    std::vector<std::array<glm::dvec3, 3>> triangles;
+    for (const auto& index : read_triangles(model_, primitive, positions.size())) {
+      std::array<glm::dvec3, 3> triangle;
+      for (std::size_t i = 0; i < 3; ++i) {
+        const glm::dvec3& p = positions[index[mirrored ? (3 - i) % 3 : i]];
+        triangle[i] = glm::dvec3(world * glm::dvec4(p, 1.0));
+      }
+      triangles.push_back(triangle);
+    }
+    for (const MergedFace& merged : merge_quads(triangles)) {
+      RawFace face;
+      face.first = static_cast<std::uint32_t>(scene_.corners.size());
+      face.corners = merged.count;
+      face.material = material;
+      face.name = name;
+      face.where = {scene_.file, 0, item};
+      for (std::uint32_t i = 0; i < merged.count; ++i) scene_.corners.push_back(merged.corner[i]);
+      scene_.faces.push_back(std::move(face));
+    }
+  }
+
+  std::uint32_t material_of(int index, const std::string& item) {
+    if (index >= 0 && std::size_t(index) < model_.materials.size()) return static_cast<std::uint32_t>(index);
+    if (index >= 0) throw GltfFault("reference", fmt::format("material {} does not exist", index));
+    if (default_material_ < 0) {
+      default_material_ = static_cast<int>(scene_.materials.size());
+      scene_.materials.push_back(
+          {"default", std::vector(3, kDefaultReflectance), std::vector(3, 0.0), {scene_.file, 0, item}});
+    }
+    add(Severity::warning, "no-material", item,
+        fmt::format("has no material; reflectance {} is assumed", kDefaultReflectance));
+    return static_cast<std::uint32_t>(default_material_);
+  }
+
+  void read_camera(const tinygltf::Node& node, const glm::dmat4& world, const std::string& item) {
+    if (std::size_t(node.camera) >= model_.cameras.size()) {
+      return add(Severity::error, "reference", item, fmt::format("camera {} does not exist", node.camera));
+    }
+    const tinygltf::Camera& theirs = model_.cameras[std::size_t(node.camera)];
+    const double angle = theirs.perspective.yfov;
+    if (theirs.type != "perspective" || !(angle > 0 && angle < std::numbers::pi)) {
+      return add(Severity::warning, "camera-ignored", item,
+                 "only perspective cameras with yfov between 0 and pi are used");
+    }
+    Camera camera;
+    camera.name = node.name.empty() ? theirs.name : node.name;
+    camera.eye = glm::dvec3(world[3]);
+    camera.target = camera.eye - glm::normalize(glm::dvec3(world[2]));  // it looks along its -Z
+    camera.up = glm::normalize(glm::dvec3(world[1]));
+    camera.vertical_field_of_view_rad = angle;
+    scene_.cameras.push_back(std::move(camera));
+  }
+
+  const tinygltf::Model& model_;
+  RawScene& scene_;
+  std::vector<bool> visited_;
+  int default_material_ = -1;
+};
+
+}  // namespace
+
+RawScene read_gltf(const std::string& path, bool binary) {
+  RawScene scene;
+  scene.file = path;
+  const tinygltf::Model model = parse(path, binary);
+  Reader(model, scene).read();
+  return scene;
+}
+
+}  // namespace clrad

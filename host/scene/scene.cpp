@@ -1,0 +1,74 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <clrad/error.hpp>
+#include <clrad/scene.hpp>
+#include <glm/geometric.hpp>
+
+#include "scene/gltf.hpp"
+#include "scene/obj.hpp"
+#include "scene/topology.hpp"
+#include "scene/validate.hpp"
+
+namespace clrad {
+namespace {
+
+// Twice the area vector, from the diagonals of a quad: exact for planar ones wherever the first corner is.
+glm::dvec3 twice_area_vector(const Polygon& polygon) {
+  const auto& c = polygon.corner;
+  return polygon.corners == 4 ? glm::cross(c[2] - c[0], c[3] - c[1]) : glm::cross(c[1] - c[0], c[2] - c[0]);
+}
+
+std::string ending_of(const std::string& path) {
+  const auto dot = path.find_last_of('.');
+  std::string ending = dot == std::string::npos ? "" : path.substr(dot);
+  for (char& c : ending) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  return ending;
+}
+
+RawScene read(const std::string& path) {
+  const std::string ending = ending_of(path);
+  if (ending == ".obj") return read_obj(path);
+  if (ending == ".gltf" || ending == ".glb") return read_gltf(path, ending == ".glb");
+  throw InputError(fmt::format("{}: not a scene by its name; clrad reads .obj, .gltf and .glb", path));
+}
+
+}  // namespace
+
+std::string SourceLocation::text() const {
+  if (line > 0) return fmt::format("{}:{}", file, line);
+  return item.empty() ? file : fmt::format("{}: {}", file, item);
+}
+
+double Polygon::area_m2() const {
+  return 0.5 * glm::length(twice_area_vector(*this));
+}
+
+glm::dvec3 Polygon::normal() const {
+  // Scaled by the longest component first: squares of a nanometre's area would leave double's range.
+  const glm::dvec3 v = twice_area_vector(*this);
+  const double largest = std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
+  return largest > 0 ? glm::normalize(v / largest) : glm::dvec3(0);
+}
+
+Scene load_scene(const std::string& path, const LoadOptions& options) {
+  Scene scene = validate(read(path), options.unit_m);
+  for (const Diagnostic& d : scene.diagnostics) {
+    if (d.severity == Diagnostic::Severity::error) throw InputError(d.where.text() + ": " + d.message);
+  }
+  return scene;
+}
+
+std::vector<Diagnostic> check_scene(const std::string& path, const LoadOptions& options) {
+  try {
+    Scene scene = validate(read(path), options.unit_m);
+    check_open_edges(scene, scene.diagnostics);
+    return std::move(scene.diagnostics);
+  } catch (const InputError& error) {
+    std::string message = error.what();
+    if (message.starts_with(path + ": ")) message.erase(0, path.size() + 2);
+    return {{Diagnostic::Severity::error, "unreadable", {path, 0, ""}, message}};
+  }
+}
+
+}  // namespace clrad

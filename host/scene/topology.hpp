@@ -1,0 +1,17 @@
+/// How polygons meet along shared sides: open sides, orientation, watertight surfaces. Corners are the same
+/// when their coordinates are equal; a T-junction therefore counts as open sides.
+#pragma once
+#include <clrad/scene.hpp>
+#include <vector>
+
+namespace clrad {
+
+/// Warns ("open-edges") once when sides are used by one polygon alone, with their count and the first five.
+void check_open_edges(const Scene& scene, std::vector<Diagnostic>& findings);
+
+/// Warns ("orientation") of each polygon that faces against the majority of its connected surface (in a tie,
+/// against its first polygon), and once of each surface that cannot be oriented at all. Polygons are
+/// connected across sides that exactly two of them use.
+void check_orientation(const Scene& scene, std::vector<Diagnostic>& findings);
+
+}  // namespace clrad

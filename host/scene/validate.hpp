@@ -1,0 +1,35 @@
+/// From what a file says to a scene that can be solved, by rules that each leave a finding. Both readers
+/// share it.
+///
+/// rule                  severity  when, and what is done
+/// unit                  error     (UsageError) the unit is not a finite positive length
+/// reflectance           error     a band of a reflectance is outside [0, 1), or not a number
+/// emission              error     a band of an emission is negative, or not a finite number
+/// too-few-corners       error     a face has fewer than three corners
+/// coordinate            error     a coordinate is not finite, or beyond 1e100 m
+/// self-intersecting     error     the sides of a face cross (a bow tie)
+/// degenerate-face       repair    all corners on one line, within 4 ulp of the largest coordinate: dropped
+/// repeated-corner       repair    a corner equals the one before it: left out
+/// non-planar            repair    a quad whose diagonals pass by more than 1e-6 of the longer: cut along 0-2
+///                                 (1-3 where corner 1 or 3 is not convex)
+/// concave               repair    a quad with a reflex corner: cut from that corner
+/// straight-corner       repair    a quad with a corner of 180 degrees (within 4 ulp): cut from that corner
+/// many-corners          repair    more than four corners: cut into triangles, best-shaped ear first
+/// duplicate-face        warning   the corners of an earlier polygon again, facing the same way
+/// orientation           warning   a polygon faces against the others of its connected surface
+/// open-edges            warning   (check only) sides used by one polygon alone: count and the first five
+/// no-polygons           error     nothing is left
+/// no-emitter            warning   no polygon has an emitting material
+#pragma once
+#include <clrad/scene.hpp>
+
+#include "scene/raw_scene.hpp"
+
+namespace clrad {
+
+/// Applies the rules above. All findings, those of the reader included, are in Scene::diagnostics, in file
+/// order; polygons with an error are left out. Materials come out with one band ("grey") when none of their
+/// values differs between the three, else with three.
+Scene validate(RawScene raw, double unit_m);
+
+}  // namespace clrad

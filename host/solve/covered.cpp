@@ -1,0 +1,109 @@
+#include "solve/covered.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <map>
+
+namespace clrad {
+namespace {
+
+constexpr std::uint32_t probes = 16;  // CLRAD_PROBES of covered.cl
+constexpr std::uint32_t batch_vertices = 1 << 15;
+
+// A cosine-weighted spiral over the hemisphere about +z.
+std::vector<float> probe_directions() {
+  constexpr double golden_angle = 2.399963229728653;
+  std::vector<float> directions;
+  for (std::uint32_t k = 0; k < probes; ++k) {
+    const double r2 = (k + 0.5) / probes, r = std::sqrt(r2), phi = golden_angle * k;
+    directions.insert(directions.end(), {float(r * std::cos(phi)), float(r * std::sin(phi)), float(std::sqrt(1 - r2))});
+  }
+  return directions;
+}
+
+// In the frame, so that a far-away scene is judged like a near one. All four are in one plane.
+bool contains(const std::vector<glm::dvec3>& corner, const glm::dvec3& normal, const glm::dvec3& p) {
+  for (std::size_t k = 0; k < corner.size(); ++k) {
+    const glm::dvec3 a = corner[k], b = corner[(k + 1) % corner.size()];
+    if (glm::dot(glm::cross(b - a, p - a), normal) < 0) return false;
+  }
+  return true;
+}
+
+// The corner vertices of a polygon's lattice: just inside its outline, so neighbours that touch do not overlap.
+std::vector<glm::dvec3> outline(const Mesh& mesh, const PolygonMesh& polygon, std::uint32_t corners) {
+  std::vector<glm::dvec3> result;
+  const std::uint32_t n = polygon.cells_u, m = polygon.cells_v, v0 = polygon.first_vertex;
+  if (corners == 4)
+    for (const std::uint32_t v : {0u, n, m * (n + 1) + n, m * (n + 1)}) result.push_back(mesh.receivers[v0 + v].position);
+  else
+    for (const std::uint32_t v : {0u, n, polygon.vertices - 1}) result.push_back(mesh.receivers[v0 + v].position);
+  return result;
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> overlaid_vertices(const Scene& scene, const Mesh& mesh) {
+  std::vector<std::uint32_t> overlaid(mesh.vertex_count(), 0);
+  std::map<std::uint32_t, std::vector<std::uint32_t>> by_plane;
+  for (std::uint32_t p = 0; p < scene.polygons.size(); ++p)
+    by_plane[mesh.receivers[mesh.polygons[p].first_vertex].plane].push_back(p);
+
+  struct Outline {
+    std::vector<glm::dvec3> corner;
+    glm::dvec3 normal, low, high;
+  };
+  for (const auto& [plane, members] : by_plane) {
+    if (members.size() < 2) continue;
+    std::vector<Outline> outlines;
+    for (const std::uint32_t p : members) {
+      Outline o{outline(mesh, mesh.polygons[p], scene.polygons[p].corners), scene.polygons[p].normal(), glm::dvec3(INFINITY), glm::dvec3(-INFINITY)};
+      for (const auto& c : o.corner) o.low = glm::min(o.low, c), o.high = glm::max(o.high, c);
+      outlines.push_back(std::move(o));
+    }
+    for (std::size_t below = 0; below < members.size(); ++below)
+      for (std::size_t above = below + 1; above < members.size(); ++above) {
+        const Outline &a = outlines[below], &b = outlines[above];
+        if (glm::dot(a.normal, b.normal) < 0) continue;
+        // Boxes of neighbours that only touch overlap by rounding at most in each direction but one of zero thickness.
+        if (glm::any(glm::lessThan(a.high, b.low)) || glm::any(glm::lessThan(b.high, a.low))) continue;
+        const PolygonMesh& lattice = mesh.polygons[members[below]];
+        for (std::uint32_t v = lattice.first_vertex; v < lattice.first_vertex + lattice.vertices; ++v)
+          if (contains(b.corner, b.normal, mesh.receivers[v].position)) overlaid[v] = 1;
+      }
+  }
+  return overlaid;
+}
+
+std::vector<std::uint8_t> covered_vertices(Device& device, const Scene& scene, const Mesh& mesh,
+                                           const std::vector<OccluderTriangle>& triangles, VisibilityEngine& engine,
+                                           const std::vector<std::uint32_t>& overlaid) {
+  const auto stage = device.stage("find vertices that something covers");
+  const std::uint32_t vertices = mesh.vertex_count();
+  std::vector<float> normals;
+  for (const auto& t : triangles)
+    for (int k = 0; k < 3; ++k) normals.push_back(float(scene.polygons[t.polygon].normal()[k]));
+
+  const PointArray receivers(device, mesh.receivers, "receivers");
+  const Array<float> direction(device, probe_directions(), "probe directions");
+  const Array<float> normal(device, normals, "triangle normals");
+  Array<std::uint32_t> covered(device, vertices, "covered vertices");
+  const std::uint32_t batch = std::min(vertices, batch_vertices);
+  PointArray origins(device, std::uint64_t(batch) * probes, "probe rays"), ends(device, std::uint64_t(batch) * probes, "probe rays");
+  Array<std::uint32_t> hit(device, std::uint64_t(batch) * probes, "probe hits");
+  Array<float> t(device, std::uint64_t(batch) * probes, "probe hits");
+  for (std::uint32_t first = 0; first < vertices; first += batch) {
+    const std::uint32_t count = std::min(batch, vertices - first);
+    device.run("solve/covered.cl", "probe_rays", std::uint64_t(count) * probes, receivers, direction, origins, ends, first, count);
+    const Segments rays{&origins, nullptr, count * probes, &ends, 0};
+    engine.intersect_closest(rays, hit, t);
+    device.run("solve/covered.cl", "probe_verdict", count, origins, ends, hit, normal, covered, first, count);
+  }
+  const std::vector<std::uint32_t> found = covered.download();
+  std::vector<std::uint8_t> result(vertices);
+  for (std::uint32_t v = 0; v < vertices; ++v) result[v] = found[v] || overlaid[v];
+  return result;
+}
+
+}  // namespace clrad

@@ -1,0 +1,21 @@
+// Vertices that something stands on or encloses.
+#pragma once
+#include <vector>
+
+#include "clrad/mesh.hpp"
+#include "clrad/scene.hpp"
+#include "clrad/visibility.hpp"
+
+namespace clrad {
+
+/// 1 where a polygon in the same plane, facing the same way and later in the file, lies on top of the vertex. Such a
+/// vertex gets no rays: visibility ignores its own plane and would look through what covers it.
+std::vector<std::uint32_t> overlaid_vertices(const Scene& scene, const Mesh& mesh);
+
+/// 1 where the vertex is overlaid, or where each of 16 rays over its hemisphere meets the back of a surface first: it
+/// lies under or inside a solid. Only used to draw: what is inside is dark because the solid's backs are opaque.
+std::vector<std::uint8_t> covered_vertices(Device& device, const Scene& scene, const Mesh& mesh,
+                                           const std::vector<OccluderTriangle>& triangles, VisibilityEngine& engine,
+                                           const std::vector<std::uint32_t>& overlaid);
+
+}  // namespace clrad

@@ -1,0 +1,190 @@
+#include "solve/form_factor.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+
+#include "clrad/primitives.hpp"
+
+namespace clrad {
+namespace {
+
+constexpr const char* file = "solve/form_factor.cl";
+
+RealArray on_device(Device& device, const Shooter& shooter) {
+  return RealArray(device, shooter_record(shooter), "shooter");
+}
+
+// The receivers' list as a kernel argument; any buffer stands in for it where there is none.
+const cl::Buffer& list_of(const Array<std::uint32_t>* active, const PointArray& receivers) {
+  return active ? active->buffer() : receivers.buffer();
+}
+
+double disk_area(Estimator estimator, const Shooter& shooter, std::uint32_t n) {
+  return estimator == Estimator::disk ? shooter.area : shooter.area / n;
+}
+
+// Steele, Lea & Flood 2014, "Fast splittable pseudorandom number generators": one step of SplitMix64.
+std::uint64_t mixed(std::uint64_t x) {
+  x += 0x9e3779b97f4a7c15u;
+  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
+  x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
+  return x ^ (x >> 31);
+}
+
+// Number `index` of the stream `seed`, in (0, 1).
+double random_at(std::uint64_t seed, std::uint64_t index) {
+  return (double(mixed(mixed(seed) + index) >> 12) + 0.5) * 0x1p-52;
+}
+
+// x in [0, 1] below which the share s of a density lies that goes linearly from f0 to f1.
+double quantile_of_linear(double f0, double f1, double s) {
+  const double below = f0 + std::sqrt(std::max(0.0, f0 * f0 + s * (f1 * f1 - f0 * f0)));
+  return below > 0 ? std::min(1.0, s * (f0 + f1) / below) : s;
+}
+
+std::uint64_t morton(std::uint32_t column, std::uint32_t row) {
+  std::uint64_t code = 0;
+  for (unsigned bit = 0; bit < 32; ++bit)
+    code |= (std::uint64_t(column >> bit & 1) << (2 * bit)) | (std::uint64_t(row >> bit & 1) << (2 * bit + 1));
+  return code;
+}
+
+// n points of the unit square, stratified, in Morton order. wide: more columns than rows.
+std::vector<std::array<double, 2>> unit_samples(std::uint32_t n, std::uint64_t seed, bool wide) {
+  std::uint32_t rows = std::uint32_t(std::sqrt(double(n)));
+  while (n % rows) --rows;
+  std::uint32_t columns = n / rows;
+  const bool grid = columns <= 3 * rows;
+  if (!wide) std::swap(rows, columns);
+  std::vector<std::pair<std::uint64_t, std::array<double, 2>>> keyed(n);
+  for (std::uint32_t k = 0; k < n; ++k) {
+    double u, v;
+    if (grid) {
+      u = (k % columns + random_at(seed, 2 * k)) / columns;
+      v = (k / columns + random_at(seed, 2 * k + 1)) / rows;
+      keyed[k].first = morton(k % columns, k / columns);
+    } else {
+      u = random_at(seed, 0) + (k + 1) * 0.75487766624669276, v = random_at(seed, 1) + (k + 1) * 0.56984029099805327;
+      u -= std::floor(u), v -= std::floor(v);
+      keyed[k].first = morton(std::uint32_t(u * 65536), std::uint32_t(v * 65536));
+    }
+    keyed[k].second = {u, v};
+  }
+  std::stable_sort(keyed.begin(), keyed.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::vector<std::array<double, 2>> result(n);
+  for (std::uint32_t k = 0; k < n; ++k) result[k] = keyed[k].second;
+  return result;
+}
+
+// The shooter as the bilinear image of the unit square: a triangle's last corner is repeated.
+struct Bilinear {
+  glm::dvec3 corner[4];
+  glm::dvec3 normal;   // unit, by the right-hand rule
+  double jacobian[4];  // area per parameter area at the corners; linear in between
+
+  explicit Bilinear(const Shooter& shooter) {
+    for (std::uint32_t k = 0; k < 4; ++k) corner[k] = shooter.corner[std::min(k, shooter.corners - 1)];
+    normal = glm::cross(corner[2] - corner[0], corner[3] - corner[1]);
+    const double length = glm::length(normal);
+    normal = length > 0 ? normal / length : shooter.normal;
+    const glm::dvec3 e01 = corner[1] - corner[0], e12 = corner[2] - corner[1];
+    const glm::dvec3 e32 = corner[2] - corner[3], e03 = corner[3] - corner[0];
+    jacobian[0] = glm::dot(normal, glm::cross(e01, e03));
+    jacobian[1] = glm::dot(normal, glm::cross(e01, e12));
+    jacobian[2] = glm::dot(normal, glm::cross(e32, e12));
+    jacobian[3] = glm::dot(normal, glm::cross(e32, e03));
+  }
+  glm::dvec3 at(double u, double v) const {
+    return (corner[0] * (1 - u) + corner[1] * u) * (1 - v) + (corner[3] * (1 - u) + corner[2] * u) * v;
+  }
+};
+
+}  // namespace
+
+std::array<double, shooter_record_size> shooter_record(const Shooter& shooter) {
+  const Bilinear map(shooter);
+  std::array<double, shooter_record_size> record{};
+  double longest2 = 0;
+  for (std::size_t k = 0; k < 4; ++k) {
+    const glm::dvec3 edge = map.corner[(k + 1) % 4] - map.corner[k];
+    // hi is a float in double precision, too: hi + lo is exact there as well.
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double x = map.corner[k][int(axis)], hi = double(float(x));
+      record[3 * k + axis] = hi;
+      record[12 + 3 * k + axis] = x - hi;
+      record[24 + 3 * k + axis] = edge[int(axis)];
+    }
+    record[36 + k] = glm::dot(edge, edge);
+    record[47 + k] = map.jacobian[k];
+    longest2 = std::max(longest2, record[36 + k]);
+  }
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double x = map.normal[int(axis)], hi = double(float(x));
+    record[40 + axis] = hi;
+    record[43 + axis] = x - hi;
+  }
+  record[46] = shooter.area;
+  record[51] = 9 * longest2;
+  return record;
+}
+
+std::vector<Point> stratified_samples(const Shooter& shooter, std::uint32_t n, std::uint64_t seed) {
+  if (n == 0) return {};
+  const Bilinear map(shooter);
+  const double* j = map.jacobian;
+  const bool wide = glm::length(map.corner[1] - map.corner[0]) >= glm::length(map.corner[3] - map.corner[0]);
+  std::vector<Point> points;
+  points.reserve(n);
+  for (const auto& [s, t] : unit_samples(n, seed, wide)) {
+    const double u = quantile_of_linear(j[0] + j[3], j[1] + j[2], s);
+    const double v = quantile_of_linear(j[0] * (1 - u) + j[1] * u, j[3] * (1 - u) + j[2] * u, t);
+    points.push_back({map.at(u, v), shooter.normal, shooter.plane, 0xffffffffu});
+  }
+  return points;
+}
+
+void facing(Device& device, const Shooter& shooter, const PointArray& receivers, std::uint32_t count,
+            Array<std::uint32_t>& flags) {
+  device.run(file, "facing", count, on_device(device, shooter), shooter.plane, receivers, flags, count);
+}
+
+void form_factors(Device& device, Estimator estimator, const Shooter& shooter, const PointArray& receivers,
+                  const Array<std::uint32_t>* active, std::uint32_t count, const PointArray& samples, std::uint32_t n,
+                  RealArray& factors) {
+  const RealArray record = on_device(device, shooter);
+  const std::uint32_t chosen = active != nullptr;
+  if (estimator == Estimator::exact)
+    device.run(file, "exact_factors", count, record, shooter.plane, receivers, list_of(active, receivers), chosen,
+               factors, count);
+  else
+    device.run(file, "disk_factors", count, record, shooter.plane, receivers, list_of(active, receivers), chosen,
+               samples, n, Real{disk_area(estimator, shooter, n)}, receivers, 0u, factors, 0u, count);
+}
+
+void visible_factors(Device& device, VisibilityEngine& engine, Estimator estimator, const Shooter& shooter,
+                     const PointArray& receivers, const Array<std::uint32_t>* active, std::uint32_t count,
+                     const PointArray& samples, std::uint32_t n, const Array<std::uint32_t>& masks,
+                     const RealArray& factors, RealArray& column) {
+  if (count == 0) return;
+  const RealArray record = on_device(device, shooter);
+  const cl::Buffer& list = list_of(active, receivers);
+  const std::uint32_t chosen = active != nullptr;
+  if (estimator != Estimator::exact) {
+    device.run(file, "disk_factors", count, record, shooter.plane, receivers, list, chosen, samples, n,
+               Real{disk_area(estimator, shooter, n)}, masks, 1u, column, 1u, count);
+    return;
+  }
+  Array<std::uint32_t> flags(device, count, "undecided receivers"), undecided(device, count, "undecided receivers");
+  device.run(file, "visible_factors", count, record, receivers, list, chosen, samples, n, masks, factors, column, flags,
+             count);
+  const std::uint32_t late = compact(device, flags.buffer(), count, undecided.buffer());
+  if (late == 0) return;
+  PointArray origins(device, late, "undecided receivers"), ends(device, late, "undecided receivers");
+  Array<std::uint32_t> late_masks(device, late, "undecided receivers");
+  device.run(file, "aim_undecided", late, record, shooter.plane, receivers, list, chosen, undecided, origins, ends, late);
+  engine.occluded({&origins, nullptr, late, &ends, 0}, late_masks);
+  device.run(file, "decide", late, list, chosen, undecided, late_masks, factors, column, late);
+}
+
+}  // namespace clrad

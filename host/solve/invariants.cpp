@@ -1,0 +1,88 @@
+#include "solve/invariants.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace clrad {
+namespace {
+
+// Worst unaccounted share of the emitted power that a closed scene may show at default mesh sizes, and worst reciprocity
+// defect: both are discretisation, so these are limits of usefulness, not of rounding.
+constexpr double energy_allowed = 0.05, reciprocity_allowed = 0.1;
+
+void report(const SolveState& state, Solution& solution, const std::string& name, double worst, double allowed, const std::string& meaning) {
+  const bool holds = worst <= allowed;  // false for NaN
+  solution.report.invariants.push_back({name, worst, allowed, holds});
+  if (holds) return;
+  const std::string message = fmt::format("{}: {} is {:.3g}, more than {:.3g}", name, meaning, worst, allowed);
+  if (state.options.strict) throw DeviceError(message + " (--strict)");
+  solution.report.warnings.push_back(message);
+}
+
+}  // namespace
+
+void account_energy(SolveState& state, Solution& solution) {
+  auto& energy = solution.report.energy;
+  energy.closed = is_watertight(state.scene);
+  const std::vector<double> unshot = state.unshot.download();
+  double emitted_all = 0, unaccounted_all = 0;
+  for (std::uint32_t b = 0; b < state.bands; ++b) {
+    double emitted = 0, absorbed = 0, left = 0;
+    for (std::uint32_t p = 0; p < state.patches; ++p) {
+      const Patch& patch = state.mesh.patches[p];
+      const Material& m = state.scene.materials[state.scene.polygons[patch.polygon].material];
+      const std::size_t i = std::size_t(b) * state.patches + p;
+      emitted += patch.area_m2 * m.emitted_exitance[b];
+      absorbed += patch.area_m2 * (1 - m.reflectance[b]) * solution.patch_irradiance[i];
+      left += patch.area_m2 * unshot[i];
+    }
+    energy.emitted.push_back(emitted);
+    energy.absorbed.push_back(absorbed);
+    energy.unshot.push_back(left);
+    energy.unaccounted.push_back(emitted - absorbed - left);
+    emitted_all += emitted;
+    unaccounted_all += emitted - absorbed - left;
+  }
+  energy.unaccounted_relative = emitted_all > 0 ? unaccounted_all / emitted_all : 0;
+}
+
+void check_invariants(SolveState& state, Solution& solution) {
+  const auto slots = std::uint32_t(state.patch_of_slot.size());
+  // Rounding of one factor, one compensated average and one sum over patches.
+  const double rounding = state.device.options().precision == Precision::float64 ? 1e-12 : 1e-5;
+  double over = 0, asymmetry = 0, exchanged = 0;
+  std::vector<double> row(state.patches, 0);
+  std::vector<std::vector<double>> sampled(slots);
+  const std::uint32_t stride = std::max(1u, slots / 64);
+  for (std::uint32_t s = 0; s < slots; ++s) {
+    const auto column = state.patch_columns.download(std::uint64_t(s) * state.patches, state.patches);
+    for (std::uint32_t p = 0; p < state.patches; ++p) {
+      row[p] += column[p];
+      over = std::max({over, column[p] - 1, -column[p]});
+    }
+    if (s % stride == 0) sampled[s] = column;
+  }
+  for (std::uint32_t s = 0; s < slots; s += stride)
+    for (std::uint32_t t = 0; t < s; t += stride) {
+      const std::uint32_t i = state.patch_of_slot[s], j = state.patch_of_slot[t];
+      const double ij = state.mesh.patches[i].area_m2 * sampled[t][i], ji = state.mesh.patches[j].area_m2 * sampled[s][j];
+      asymmetry += std::abs(ij - ji);
+      exchanged += 0.5 * (ij + ji);
+    }
+  report(state, solution, "form-factor-range", over, rounding, "the most a form factor is outside 0..1");
+  if (exchanged > 0)
+    report(state, solution, "reciprocity", asymmetry / exchanged, reciprocity_allowed,
+           "sum |A_i F_ij - A_j F_ji| / sum A_i F_ij over a sample of patches");
+  double most = 0, defect = 0;
+  for (std::uint32_t p = 0; p < state.patches; ++p) most = std::max(most, row[p]), defect = std::max(defect, std::abs(1 - row[p]));
+  report(state, solution, "row-sum-at-most-one", most - 1, 0.02 + rounding, "the most a row sum of form factors exceeds 1");
+  if (solution.report.energy.closed && slots == state.patches)
+    report(state, solution, "closed-row-sum", defect, 0.05, "the worst |1 - row sum| of a closed scene");
+  if (solution.report.energy.closed)
+    report(state, solution, "energy", std::abs(solution.report.energy.unaccounted_relative), energy_allowed,
+           "unaccounted power / emitted power");
+}
+
+}  // namespace clrad

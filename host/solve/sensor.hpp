@@ -1,0 +1,20 @@
+// Irradiance at points: a gather over the solved surfaces, not an interpolation of neighbouring vertices.
+#pragma once
+#include <span>
+#include <vector>
+
+#include "clrad/options.hpp"
+#include "clrad/solution.hpp"
+#include "clrad/visibility.hpp"
+
+namespace clrad {
+
+/// H = sum over surfaces of B x form factor x visible fraction at each of options.sensors: by patches, and by elements
+/// where the patch is near (closer than `near_diameters` of its own diameter). Rays (options.sensor_rays) are shared out by each surface's
+/// contribution. The error is one standard error of the visibility sampling.
+/// `solution` needs scene, mesh, frame, vertex and patch irradiance. Sensors lie in no plane of the scene unless they are
+/// within the snapping grid of a polygon that faces their way.
+std::vector<SensorResult> gather_at_sensors(Device& device, const Solution& solution, std::span<const std::uint32_t> planes,
+                                            VisibilityEngine& engine, const SolveOptions& options);
+
+}  // namespace clrad

@@ -1,0 +1,27 @@
+#include "solve/shooter.hpp"
+
+namespace clrad {
+
+Shooter shooter_of(const Scene& scene, const Mesh& mesh, std::uint32_t patch, double metres_per_unit) {
+  const Patch& p = mesh.patches[patch];
+  Shooter shooter;
+  shooter.corners = p.corners;
+  for (std::uint32_t k = 0; k < p.corners; ++k) shooter.corner[k] = p.corner[k];
+  shooter.normal = scene.polygons[p.polygon].normal();
+  shooter.area = p.area_m2 / (metres_per_unit * metres_per_unit);
+  shooter.plane = mesh.receivers[mesh.polygons[p.polygon].first_vertex].plane;
+  return shooter;
+}
+
+std::uint32_t samples_of(const SolveState& state, std::uint32_t patch) {
+  std::uint32_t n = std::max(1u, state.options.samples);
+  const Patch& p = state.mesh.patches[patch];
+  const Material& material = state.scene.materials[state.scene.polygons[p.polygon].material];
+  double power = 0;
+  for (std::uint32_t b = 0; b < state.bands; ++b) power += p.area_m2 * material.emitted_exitance[b];
+  constexpr std::uint32_t most = 4096;
+  while (n < most && power * state.options.light_samples > state.emitted_power * n) n *= 4;
+  return n;
+}
+
+}  // namespace clrad

@@ -1,0 +1,65 @@
+// Everything on the device that a solve changes, and the columns it keeps.
+#pragma once
+#include <memory>
+#include <vector>
+
+#include "clrad/device.hpp"
+#include "clrad/mesh.hpp"
+#include "clrad/options.hpp"
+#include "clrad/scene.hpp"
+#include "clrad/solution.hpp"
+#include "clrad/visibility.hpp"
+#include "mesh/gather.hpp"
+
+namespace clrad {
+
+/// Arrays are [band][patch] or [band][vertex]; "lost" ones hold what compensated sums still owe. Radiosities and
+/// irradiances in W/m^2.
+class SolveState {
+ public:
+  SolveState(Device& device, const Scene& scene, const Mesh& mesh, std::uint32_t bands, VisibilityEngine& engine,
+             const SolveOptions& options, const std::vector<std::uint32_t>& overlaid, double metres_per_unit);
+
+  Device& device;
+  const Scene& scene;
+  const Mesh& mesh;
+  const std::uint32_t bands, patches, vertices;
+  VisibilityEngine& engine;
+  const SolveOptions& options;
+  const double metres_per_unit;  ///< length of one frame unit
+
+  PointArray receivers;
+  Array<std::uint32_t> overlaid;
+  Gatherer gatherer;
+
+  RealArray patch_area, patch_rho;               ///< [patch], [band][patch]
+  RealArray unshot, unshot_lost;                 ///< [band][patch]
+  RealArray patch_irradiance, patch_irradiance_lost;
+  RealArray total_shot, pending;                 ///< ever shot; shot but not yet delivered to the vertices
+  RealArray vertex_irradiance, vertex_irradiance_lost;
+  RealArray shot, shot_by_slot;                  ///< [band] the shot under way; [band][slot] of a re-shoot
+  Array<float> power;                            ///< [patch], unshot power
+  Array<std::uint32_t> facing, active, masks, undecided;  ///< scratch of one shoot
+  RealArray factors, column;                     ///< [receiver]
+  double emitted_power = 0;                      ///< sum over patches of area x |E| over bands [W]
+
+  // Kept columns. Patch columns are always kept: slot s holds F of its shooter to every patch. Vertex columns are kept
+  // while their share of the memory lasts.
+  std::vector<std::uint32_t> slot_of_patch;      ///< 0xffffffff: never shot
+  std::vector<std::uint32_t> patch_of_slot;
+  Array<std::uint32_t> slot_of_patch_device;
+  RealArray patch_columns;                       ///< [slot][patch]
+  std::vector<std::unique_ptr<RealArray>> vertex_columns;  ///< by slot; null when not kept
+  std::uint64_t shoots = 0, reshoots = 0;
+
+  /// A slot for the column of `patch`, growing the array of columns when it is full.
+  std::uint32_t add_slot(std::uint32_t patch);
+  /// Room for one more vertex column inside the budget, or null.
+  std::unique_ptr<RealArray> vertex_column();
+
+ private:
+  std::uint64_t column_budget_bytes_ = 0;
+  std::uint64_t column_bytes_ = 0;
+};
+
+}  // namespace clrad

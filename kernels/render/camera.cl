@@ -1,0 +1,95 @@
+/* One segment per sample of a pinhole picture, from the eye (or from just before the scene) to just behind the scene.
+ *
+ * Why: the picture goes through the same engines as the solve, and these take segments within +-4 frame units, so each
+ * ray is clipped to the scene's padded box. Rays that miss the box become a segment outside it, which hits nothing.
+ * Pre:  camera holds the CAMERA_REALS numbers listed below; samples > 0; pixels count row by row from the top left.
+ * Post: origins[i], targets[i] for sample i % samples of pixel first_pixel + i / samples, i < rays.
+ * Samples of a pixel: a Hammersley set (k / n, radical inverse of k), shifted on the torus by a hash of the pixel, so
+ * that n samples fall in n columns and aliasing turns into noise; a single sample sits in the pixel's middle. */
+
+/* camera[]: base hi, base lo, forward, right x tan x aspect, up x tan (three each), box low, box high, then
+ * the base's distance along `forward` from the eye, and 1 where rays start at the eye itself; see host/render/camera.cpp. */
+
+uint hash(uint x) { /* the finalizer of MurmurHash3 (Appleby, public domain): every input bit moves every output bit */
+  x ^= x >> 16;
+  x *= 0x85ebca6bu;
+  x ^= x >> 13;
+  x *= 0xc2b2ae35u;
+  return x ^ (x >> 16);
+}
+
+uint reversed(uint x) {
+  x = (x >> 16) | (x << 16);
+  x = ((x & 0xff00ff00u) >> 8) | ((x & 0x00ff00ffu) << 8);
+  x = ((x & 0xf0f0f0f0u) >> 4) | ((x & 0x0f0f0f0fu) << 4);
+  x = ((x & 0xccccccccu) >> 2) | ((x & 0x33333333u) << 2);
+  return ((x & 0xaaaaaaaau) >> 1) | ((x & 0x55555555u) << 1);
+}
+
+/* 24 bits as a number in [0, 1): exact in float. */
+REAL unit24(uint bits) { return (REAL)(bits >> 8) * (REAL)(1.0f / 16777216.0f); }
+
+/* Narrows [*enter, *leave] to the part of base + s direction inside one slab. */
+void slab(REAL base, REAL direction, REAL low, REAL high, REAL* enter, REAL* leave) {
+  if (direction == (REAL)0) {
+    if (base < low || base > high) *leave = *enter - (REAL)1;
+    return;
+  }
+  const REAL a = (low - base) / direction, b = (high - base) / direction;
+  const REAL near = a < b ? a : b, far = a < b ? b : a;
+  *enter = near > *enter ? near : *enter;
+  *leave = far < *leave ? far : *leave;
+}
+
+__kernel void camera_rays(__global const REAL* camera, uint width, uint height, uint samples, uint first_pixel,
+                          uint rays, __global CLRAD_POINT_T* origins, __global CLRAD_POINT_T* targets) {
+  const uint i = (uint)get_global_id(0);
+  if (i >= rays) return;
+  const uint pixel = first_pixel + i / samples, k = i % samples;
+  const uint column = pixel % width, row = pixel / width;
+
+  REAL jx = (REAL)0.5f, jy = (REAL)0.5f;
+  if (samples > 1) {
+    const uint shift_x = hash(2 * pixel), shift_y = hash(2 * pixel + 1);
+    jx = ((REAL)k + unit24(shift_x)) / (REAL)samples;
+    jy = unit24(reversed(k) + shift_y);
+  }
+  const REAL x = (REAL)2 * ((REAL)column + jx) / (REAL)width - (REAL)1;
+  const REAL y = (REAL)1 - (REAL)2 * ((REAL)row + jy) / (REAL)height;
+
+  REAL base[3], lo[3], direction[3];
+  REAL square = 0;
+  const REAL distance = camera[21];
+  const bool from_eye = camera[22] != (REAL)0;
+  for (int c = 0; c < 3; ++c) {
+    const REAL aside = x * camera[9 + c] + y * camera[12 + c];
+    direction[c] = camera[6 + c] + aside;
+    square += direction[c] * direction[c];
+    base[c] = camera[c] + distance * aside;
+    lo[c] = from_eye ? camera[3 + c] : (REAL)0;
+  }
+  REAL enter = -distance, leave = (REAL)1e30f; /* s = -distance is the eye */
+  for (int c = 0; c < 3; ++c) slab(base[c], direction[c], camera[15 + c], camera[18 + c], &enter, &leave);
+  const bool inside = enter < leave;
+
+  REAL from[3], to[3];
+  for (int c = 0; c < 3; ++c) {
+    /* From the eye itself where it is near enough: its lo part is then exact. */
+    from[c] = from_eye ? base[c] : base[c] + enter * direction[c];
+    to[c] = base[c] + leave * direction[c];
+    if (!inside) from[c] = (REAL)2.5f, to[c] = (REAL)3, lo[c] = (REAL)0;
+  }
+  const REAL length = sqrt(square);
+  CLRAD_POINT_T p;
+  p.nx = direction[0] / length, p.ny = direction[1] / length, p.nz = direction[2] / length;
+  p.plane = CLRAD_NONE, p.surface = CLRAD_NONE, p.spare = 0;
+#ifdef CLRAD_FP64
+  p.spare_2 = 0;
+#endif
+  p.x = from[0], p.y = from[1], p.z = from[2];
+  p.x_lo = lo[0], p.y_lo = lo[1], p.z_lo = lo[2];
+  origins[i] = p;
+  p.x = to[0], p.y = to[1], p.z = to[2];
+  p.x_lo = 0, p.y_lo = 0, p.z_lo = 0;
+  targets[i] = p;
+}

@@ -1,0 +1,47 @@
+/* Is a vertex inside something? Each vertex sends CLRAD_PROBES rays over its hemisphere; covered.cpp counts as covered the
+ * vertices whose every ray meets the back of a surface first. */
+#define CLRAD_PROBES 16
+
+/* Ray k goes where a regular spiral puts it (no built-in transcendental: directions are stored, not computed), so far
+ * that it leaves the scene: frame coordinates lie in [-1, 1), and ends may go out to 4.
+ * direction[k] is on the hemisphere about +z; the frame (t, s, n) turns it to the vertex's normal. */
+__kernel void probe_rays(__global const CLRAD_POINT_T* receivers, __global const float* direction,
+                         __global CLRAD_POINT_T* origins, __global CLRAD_POINT_T* ends, uint first, uint count) {
+  const uint i = get_global_id(0);
+  if (i >= count * CLRAD_PROBES) return;
+  const CLRAD_POINT_T r = receivers[first + i / CLRAD_PROBES];
+  const uint k = i % CLRAD_PROBES;
+  const REAL dx = direction[3 * k], dy = direction[3 * k + 1], dz = direction[3 * k + 2];
+  /* Duff et al. 2017, "Building an Orthonormal Basis, Revisited" */
+  const REAL sign = r.nz >= 0 ? (REAL)1 : (REAL)-1;
+  const REAL a = -1 / (sign + r.nz);
+  const REAL b = r.nx * r.ny * a;
+  const REAL length = (REAL)2.9;
+  CLRAD_POINT_T end = r;
+  end.plane = CLRAD_NONE;
+  end.surface = CLRAD_NONE;
+  end.x = r.x + length * (dx * (1 + sign * r.nx * r.nx * a) + dy * b + dz * r.nx);
+  end.y = r.y + length * (dx * sign * b + dy * (sign + r.ny * r.ny * a) + dz * r.ny);
+  end.z = r.z + length * (dx * -sign * r.nx + dy * -r.ny + dz * r.nz);
+  end.x_lo = end.y_lo = end.z_lo = 0;
+  origins[i] = r;
+  ends[i] = end;
+}
+
+/* covered[v] = 1 when every ray of v met a back face; front[t] is the triangle's normal. */
+__kernel void probe_verdict(__global const CLRAD_POINT_T* origins, __global const CLRAD_POINT_T* ends,
+                            __global const uint* hit, __global const float* normal, __global uint* covered, uint first,
+                            uint count) {
+  const uint v = get_global_id(0);
+  if (v >= count) return;
+  uint backs = 0;
+  for (uint k = 0; k < CLRAD_PROBES; ++k) {
+    const uint i = v * CLRAD_PROBES + k;
+    const uint t = hit[i];
+    if (t == CLRAD_NONE) continue;
+    const REAL along = (ends[i].x - origins[i].x) * normal[3 * t] + (ends[i].y - origins[i].y) * normal[3 * t + 1] +
+                       (ends[i].z - origins[i].z) * normal[3 * t + 2];
+    backs += along > 0;
+  }
+  covered[first + v] = backs == CLRAD_PROBES;
+}

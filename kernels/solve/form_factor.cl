@@ -1,0 +1,124 @@
+/* Form factors of receivers to one shooter, and what of them is visible (DESIGN, sections 3 and 4). One work-item a
+ * chosen receiver; `chosen` says whether active lists the receivers or they are taken in order. */
+#include "shared/factor.cl"
+
+uint receiver_of(__global const uint* active, uint chosen, uint i) { return chosen ? active[i] : i; }
+clrad_vector position_of(CLRAD_POINT_T p) { return clrad_make(p.x, p.y, p.z); }
+clrad_vector position_lo_of(CLRAD_POINT_T p) { return clrad_make(p.x_lo, p.y_lo, p.z_lo); }
+clrad_vector normal_of(CLRAD_POINT_T p) { return clrad_make(p.nx, p.ny, p.nz); }
+clrad_vector from_to(CLRAD_POINT_T p, CLRAD_POINT_T q) {
+  return clrad_plus(clrad_minus(position_of(q), position_of(p)), clrad_minus(position_lo_of(q), position_lo_of(p)));
+}
+
+/* flags[i]: in front of the shooter's plane, not in it, and some corner strictly above the horizon. Heights are taken
+ * in pairs: a plain dot product would drop receivers next to the plane. */
+__kernel void facing(__global const REAL* shooter, uint plane, __global const CLRAD_POINT_T* receivers,
+                     __global uint* flags, uint count) {
+  const uint i = get_global_id(0);
+  if (i >= count) return;
+  const CLRAD_POINT_T p = receivers[i];
+  const clrad_vector x = position_of(p), x_lo = position_lo_of(p);
+  int above = 0;
+  for (uint k = 0; k < 4 && !above; k++)
+    above = clrad_corner_height(shooter, k, normal_of(p), clrad_make(0, 0, 0), x, x_lo) > 0;
+  flags[i] = above && p.plane != plane && clrad_height(shooter, x, x_lo) > 0;
+}
+
+__kernel void exact_factors(__global const REAL* shooter, uint plane, __global const CLRAD_POINT_T* receivers,
+                            __global const uint* active, uint chosen, __global REAL* factors, uint count) {
+  const uint i = get_global_id(0);
+  if (i >= count) return;
+  const CLRAD_POINT_T p = receivers[receiver_of(active, chosen, i)];
+  factors[i] =
+      p.plane == plane ? 0 : clrad_exact_factor(shooter, position_of(p), position_lo_of(p), normal_of(p));
+}
+
+/* The sampled estimators: A/n sum cos cos / (pi r^2 + disk) over the samples whose bit in masks is 0 (all of them when
+ * !masked); disk = A is the paper's, A/n Wallace's. dense: results go to out[receiver], else to out[i]. */
+__kernel void disk_factors(__global const REAL* shooter, uint plane, __global const CLRAD_POINT_T* receivers,
+                           __global const uint* active, uint chosen, __global const CLRAD_POINT_T* samples, uint n,
+                           REAL disk, __global const uint* masks, uint masked, __global REAL* out, uint dense,
+                           uint count) {
+  const uint i = get_global_id(0);
+  if (i >= count) return;
+  const uint receiver = receiver_of(active, chosen, i);
+  const CLRAD_POINT_T p = receivers[receiver];
+  const REAL height = p.plane == plane ? 0 : clrad_height(shooter, position_of(p), position_lo_of(p));
+  const uint words = (n + 31) / 32;
+  REAL sum = 0;
+  for (uint w = 0; w < words && height > 0; w++) { /* blocks of 32: short sums of sums */
+    const uint mask = masked ? masks[(ulong)i * words + w] : 0;
+    const uint end = n < 32 * (w + 1) ? n : 32 * (w + 1);
+    REAL block = 0;
+    for (uint k = 32 * w; k < end; k++) {
+      const clrad_vector r = from_to(p, samples[k]);
+      const REAL r2 = clrad_dot(r, r), z = clrad_dot(normal_of(p), r);
+      if (z > 0 && !(mask >> (k & 31) & 1)) block += z * height / (r2 * (CLRAD_PI * r2 + disk));
+    }
+    sum += block;
+  }
+  out[dense ? receiver : i] = sum * (shooter[CLRAD_SHOOTER_AREA] / (REAL)n);
+}
+
+/* column[receiver] = F x visible fraction, in which a sample weighs z / r^4: its own kernel, without the distance from the
+ * shooter's plane, which all samples share. undecided[i] = 1 where F > 0 but no sample is above the horizon. */
+__kernel void visible_factors(__global const REAL* shooter, __global const CLRAD_POINT_T* receivers,
+                              __global const uint* active, uint chosen, __global const CLRAD_POINT_T* samples, uint n,
+                              __global const uint* masks, __global const REAL* factors, __global REAL* column,
+                              __global uint* undecided, uint count) {
+  const uint i = get_global_id(0);
+  if (i >= count) return;
+  const uint receiver = receiver_of(active, chosen, i);
+  const CLRAD_POINT_T p = receivers[receiver];
+  const REAL factor = factors[i], area = shooter[CLRAD_SHOOTER_AREA];
+  const uint words = (n + 31) / 32;
+  REAL all = 0, visible = 0;
+  for (uint w = 0; w < words && factor > 0; w++) {
+    const uint mask = masks[(ulong)i * words + w];
+    const uint end = n < 32 * (w + 1) ? n : 32 * (w + 1);
+    REAL block = 0, block_visible = 0;
+    for (uint k = 32 * w; k < end; k++) {
+      const clrad_vector r = from_to(p, samples[k]);
+      const REAL r2 = clrad_dot(r, r), z = clrad_dot(normal_of(p), r);
+      const REAL weight = z > 0 ? (z / r2) * (area / r2) : 0;
+      block += weight;
+      block_visible += mask >> (k & 31) & 1 ? 0 : weight;
+    }
+    all += block;
+    visible += block_visible;
+  }
+  column[receiver] = all > 0 ? factor * (visible / all) : 0;
+  undecided[i] = factor > 0 && !(all > 0);
+}
+
+/* For the undecided, listed in `list`: a segment from the receiver to the centroid of the clipped shooter. */
+__kernel void aim_undecided(__global const REAL* shooter, uint plane, __global const CLRAD_POINT_T* receivers,
+                            __global const uint* active, uint chosen, __global const uint* list,
+                            __global CLRAD_POINT_T* origins, __global CLRAD_POINT_T* ends, uint count) {
+  const uint k = get_global_id(0);
+  if (k >= count) return;
+  const CLRAD_POINT_T p = receivers[receiver_of(active, chosen, list[k])];
+  const clrad_pair_vector c =
+      clrad_clipped_centroid(shooter, position_of(p), position_lo_of(p), normal_of(p));
+  CLRAD_POINT_T end = p;
+  end.x = c.x.hi;
+  end.y = c.y.hi;
+  end.z = c.z.hi;
+  end.x_lo = c.x.lo;
+  end.y_lo = c.y.lo;
+  end.z_lo = c.z.lo;
+  end.nx = shooter[CLRAD_SHOOTER_NORMAL];
+  end.ny = shooter[CLRAD_SHOOTER_NORMAL + 1];
+  end.nz = shooter[CLRAD_SHOOTER_NORMAL + 2];
+  end.plane = plane;
+  end.surface = CLRAD_NONE;
+  origins[k] = p;
+  ends[k] = end;
+}
+
+__kernel void decide(__global const uint* active, uint chosen, __global const uint* list, __global const uint* masks,
+                     __global const REAL* factors, __global REAL* column, uint count) {
+  const uint k = get_global_id(0);
+  if (k >= count || (masks[k] & 1)) return;
+  column[receiver_of(active, chosen, list[k])] = factors[list[k]];
+}

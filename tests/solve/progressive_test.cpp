@@ -1,0 +1,165 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "clrad/clrad.hpp"
+#include "oracle/radiosity.hpp"
+#include "oracle/reference.hpp"
+
+namespace clrad {
+namespace {
+
+SolveOptions one_patch_a_face(double size, unsigned elements) {
+  SolveOptions o;
+  o.mesh = {size, size / elements};
+  o.samples = 1;
+  o.light_samples = 0;
+  return o;
+}
+
+// Faces of the cube all emit 1 and reflect rho: B = 1 / (1 - rho) everywhere, and since the factors at every vertex sum to
+// 1, meshing makes no error. What is left: 1e-6 unshot, and the rounding of factors (1e-5 relative each, of either sign)
+// amplified by rho / (1 - rho) <= 9. Allowed: 1e-4.
+TEST(Progressive, WhiteFurnaceCube) {
+  Device device;
+  const std::vector<double> rho{0.1, 0.3, 0.5, 0.7, 0.9};
+  SolveOptions options = one_patch_a_face(1, 32);
+  options.converge = 1e-6;
+  const Solution s = solve(device, oracle::box_scene({1, 1, 1}, rho, std::vector<double>(rho.size(), 1.0)), options);
+  ASSERT_FALSE(s.stopped);
+  for (std::uint32_t b = 0; b < s.bands; ++b) {
+    const double expected = 1 / (1 - rho[b]);
+    double worst = 0;
+    for (std::uint32_t p = 0; p < 6; ++p)
+      for (std::uint32_t v = s.mesh.polygons[p].first_vertex; v < s.mesh.polygons[p].first_vertex + s.mesh.polygons[p].vertices; ++v)
+        worst = std::max(worst, std::abs(s.vertex_radiosity(b, v, p) / expected - 1));
+    EXPECT_LT(worst, 1e-4) << "rho " << rho[b];
+  }
+  EXPECT_TRUE(s.report.energy.closed);
+  EXPECT_TRUE(s.report.warnings.empty()) << s.report.warnings.front();
+}
+
+// One patch a face, 32 x 32 elements: the exact 6 x 6 solution of the reference. The average of the point factors over a
+// face by the trapezoidal rule errs by h^2 / 12 f'' and at corners, where the factor jumps, by O(h^2): with h = 1/32 some
+// 5e-4; the bar is 1e-3.
+TEST(Progressive, BoxesWithConstantPatches) {
+  Device device;
+  const auto data = oracle::reference("c_boxes.json");
+  int boxes = 0;
+  for (const auto& c : data.at("cases")) {
+    if (c.at("kind") != "box_constant_faces") continue;
+    ++boxes;
+    const Scene scene = oracle::scene_of(c.at("scene"));
+    glm::dvec3 high(0);
+    for (const auto& p : scene.polygons)
+      for (std::uint32_t k = 0; k < p.corners; ++k) high = glm::max(high, p.corner[k]);
+    SolveOptions options = one_patch_a_face(std::max({high.x, high.y, high.z}), 32);
+    options.converge = 1e-6;
+    const Solution s = solve(device, scene, options);
+    ASSERT_EQ(s.mesh.patches.size(), 6u);
+    const auto means = polygon_means(s);
+    for (std::size_t p = 0; p < 6; ++p)
+      for (std::uint32_t b = 0; b < 3; ++b) {
+        const double expected = c.at("constant_patch_solution_B").at(p).at(b);
+        EXPECT_NEAR(means[p].radiosity[b], expected, 1e-3 * expected) << c.at("id") << " face " << p << " band " << b;
+      }
+  }
+  EXPECT_GE(boxes, 4);
+}
+
+// Same mesh, same averages, solved directly in double: only convergence (1e-6 of the power, amplified by at most 2) and
+// rounding of the factors separate the two.
+TEST(Progressive, AgreesWithTheScalarOracle) {
+  Device device;
+  Scene scene = oracle::box_scene({2, 1.5, 1}, {0.6}, {0.0});
+  scene.materials.push_back({"light", {0.2}, {3.0}, {}});
+  scene.polygons[5].material = 1;
+  SolveOptions options;
+  options.mesh = {0.75, 0.2};
+  options.samples = 1;
+  options.converge = 1e-6;
+  const Solution s = solve(device, scene, options);
+  const auto expected = oracle::patch_radiosity(scene, s.mesh, 0, [](auto, auto) { return 1.0; });
+  for (std::size_t p = 0; p < s.mesh.patches.size(); ++p) {
+    const Material& m = scene.materials[scene.polygons[s.mesh.patches[p].polygon].material];
+    EXPECT_NEAR(m.emitted_exitance[0] + m.reflectance[0] * s.patch_irradiance[p], expected(Eigen::Index(p)), 3e-5 * expected(Eigen::Index(p)));
+  }
+}
+
+Scene block_room() { return oracle::scene_of(oracle::reference_case(oracle::reference("c_scenes_with_occlusion.json"), "C-block-room-1").at("scene")); }
+
+TEST(Progressive, EnergyIsAccountedFor) {
+  Device device;
+  SolveOptions options;
+  options.samples = 4;
+  const Solution s = solve(device, block_room(), options);
+  const auto& e = s.report.energy;
+  for (std::uint32_t b = 0; b < s.bands; ++b) {
+    EXPECT_NEAR(e.emitted[b], e.absorbed[b] + e.unshot[b] + e.unaccounted[b], 1e-9 * e.emitted[b]);
+    EXPECT_LT(e.unshot[b], 2e-3 * e.emitted[b]);
+    // Discretisation of point form factors at the default mesh; the room lets nothing out.
+    EXPECT_LT(std::abs(e.unaccounted[b]), 0.03 * e.emitted[b]);
+  }
+  std::set<std::string> names;
+  for (const auto& stage : s.report.stages) names.insert(stage.name);
+  for (const char* stage : {"select the patch with the most unshot power", "emit rays to the receivers that face the shooter",
+                            "weigh form factors by what is visible", "deliver light to the vertices", "gather vertices to elements and patches",
+                            "account for what is absorbed and unshot"})
+    EXPECT_TRUE(names.contains(stage)) << stage;
+}
+
+TEST(Progressive, SameBitsWhateverTheDeviceIsDividedInto) {
+  SolveOptions options;
+  options.mesh = {1.0, 0.25};
+  options.samples = 4;
+  const auto run = [&](const DeviceOptions& d) {
+    Device device(d);
+    options.engine = "chop";
+    const Solution s = solve(device, block_room(), options);
+    return std::pair(s.vertex_irradiance, s.patch_irradiance);
+  };
+  const auto first = run({});
+  EXPECT_EQ(run({}), first) << "second run";
+  EXPECT_EQ(run({.cores = 1}), first) << "one core";
+  EXPECT_EQ(run({.work_group_size = 16}), first) << "work-groups of 16";
+  EXPECT_EQ(run({.packet_width = 4}), first) << "packets of 4";
+  EXPECT_EQ(run({.shape = Shape::trees}), first) << "work-group trees";
+  EXPECT_EQ(run({.memory_bytes = 96u << 20}), first) << "small memory, small batches";
+  options.engine = "serial";
+  Device device;
+  const Solution s = solve(device, block_room(), options);
+  EXPECT_EQ(std::pair(s.vertex_irradiance, s.patch_irradiance), first) << "engine serial";
+}
+
+TEST(Progressive, StopLeavesAValidPartialResult) {
+  Device device;
+  SolveOptions options;
+  options.mesh = {1.0, 0.5};
+  options.samples = 1;
+  const Solution full = solve(device, block_room(), options);
+  options.progress = [](const Progress& p) { return p.shoots < 5; };
+  const Solution part = solve(device, block_room(), options);
+  EXPECT_TRUE(part.stopped);
+  EXPECT_EQ(part.report.shoots, 5u);
+  EXPECT_GT(part.unshot_relative, options.converge);
+  double some = 0;
+  for (std::size_t i = 0; i < part.vertex_irradiance.size(); ++i) {
+    // Light is only ever added; rounding of a sum in another order is all that could make it less.
+    EXPECT_LE(part.vertex_irradiance[i], full.vertex_irradiance[i] * (1 + 1e-6) + 1e-12);
+    some = std::max(some, part.vertex_irradiance[i]);
+  }
+  EXPECT_GT(some, 0);
+}
+
+TEST(Progressive, BadOptionsAreUsageErrors) {
+  Device device;
+  const Scene scene = oracle::box_scene({1, 1, 1}, {0.5}, {1});
+  EXPECT_THROW(solve(device, scene, {.converge = 0}), UsageError);
+  EXPECT_THROW(solve(device, scene, {.samples = 0}), UsageError);
+  EXPECT_THROW(solve(device, scene, {.engine = "magic"}), UsageError);
+}
+
+}  // namespace
+}  // namespace clrad
