@@ -16,7 +16,7 @@ namespace {
 constexpr double kTolerance = 0x1p-36;        // frame units
 constexpr double kRoundings = 4.0 * 0x1p-53;  // x largest |coordinate| of the file: delta
 // Cell sizes of normals (unit length) and offsets (frame units), finest first. A polygon is looked up in the
-// finest table whose cells exceed the doubt about its own plane; every plane is in all tables.
+// finest table whose cells exceed the doubt about its own plane; every plane is in all tables that are used.
 constexpr std::array<double, 6> kCell = {0x1p-20, 0x1p-16, 0x1p-12, 0x1p-8, 0x1p-4, 4.0};
 
 // A plane and the polygon that fixed it, in frame coordinates.
@@ -103,8 +103,22 @@ std::vector<std::uint32_t> plane_ids(const Scene& scene) {
   std::stable_sort(order.begin(), order.end(),
                    [&](std::uint32_t a, std::uint32_t b) { return facets[a].width > facets[b].width; });
 
+  // Two planes that hold a polygon within the tolerance differ in normal by about (tolerance + rounding) /
+  // width and, in the frame's unit cube, in offset by sqrt(3) times that. A wider polygon's plane is
+  // extrapolated from within 2 sqrt(3) frame units, which the factor 8 covers.
+  const auto doubt_of = [&](double width) {
+    return 8.0 * (kTolerance + delta * (1.0 + 7.0 / width)) / width;
+  };
+  const auto level_of = [&](double width) {
+    std::size_t level = 0;
+    while (level + 1 < kCell.size() && !(doubt_of(width) < 0.25 * kCell[level])) ++level;
+    return level;
+  };
+  std::array<bool, kCell.size()> used{};
+  for (const Facet& facet : facets) used[level_of(facet.width)] = true;
+
   std::vector<Plane> planes;
-  std::array<Table, kCell.size()> tables;
+  std::array<Table, kCell.size()> tables;  // only the used ones are filled
   std::vector<std::uint32_t> plane_of(count);
   for (const std::uint32_t p : order) {
     const Facet& facet = facets[p];
@@ -116,13 +130,8 @@ std::vector<std::uint32_t> plane_ids(const Scene& scene) {
       }
       return true;
     };
-    // Two planes that hold this polygon within the tolerance differ in normal by about (tolerance + rounding)
-    // / width and, in the frame's unit cube, in offset by sqrt(3) times that. A wider polygon's plane is
-    // extrapolated from within 2 sqrt(3) frame units, which the factor 8 covers.
-    const double doubt = 8.0 * (kTolerance + delta * (1.0 + 7.0 / facet.width)) / facet.width;
-    std::size_t level = 0;
-    while (level + 1 < kCell.size() && !(doubt < 0.25 * kCell[level])) ++level;
-    const double reach = std::min(doubt, 0.49 * kCell[level]);
+    const std::size_t level = level_of(facet.width);
+    const double reach = std::min(doubt_of(facet.width), 0.49 * kCell[level]);
 
     std::uint32_t best = std::numeric_limits<std::uint32_t>::max();
     const Point4 at = hesse(facet.normal, facet.middle);
@@ -140,6 +149,7 @@ std::vector<std::uint32_t> plane_ids(const Scene& scene) {
       best = static_cast<std::uint32_t>(planes.size());
       planes.push_back({facet.normal, facet.middle, facet.width, 0});
       for (std::size_t k = 0; k < kCell.size(); ++k) {
+        if (!used[k]) continue;
         for_cells_near(at, 0.0, kCell[k], [&](std::uint64_t key) { tables[k][key].push_back(best); });
       }
     }

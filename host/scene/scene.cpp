@@ -7,6 +7,7 @@
 
 #include "scene/gltf.hpp"
 #include "scene/obj.hpp"
+#include "scene/overlap.hpp"
 #include "scene/topology.hpp"
 #include "scene/validate.hpp"
 
@@ -62,7 +63,9 @@ Scene load_scene(const std::string& path, const LoadOptions& options) {
 std::vector<Diagnostic> check_scene(const std::string& path, const LoadOptions& options) {
   try {
     Scene scene = validate(read(path), options.unit_m);
+    check_overlaps(scene, scene.diagnostics);
     check_open_edges(scene, scene.diagnostics);
+    sort_findings(scene);
     return std::move(scene.diagnostics);
   } catch (const InputError& error) {
     std::string message = error.what();

@@ -5,13 +5,20 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstdint>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <glm/vector_relational.hpp>
+#include <limits>
 #include <unordered_map>
 
 namespace clrad {
 namespace {
 
 using Index = std::uint32_t;
+
+constexpr double kFlat = 1e-12;  // volume / diagonal^3 that rounding alone may leave
 
 struct PointHash {
   std::size_t operator()(const std::array<double, 3>& p) const {
@@ -78,6 +85,84 @@ bool lies_on(const std::vector<Link>& links, const Link& link) {
                          }) > 1;
 }
 
+// Polygons joined across edges that exactly two of them use, breadth first from the first in file order.
+struct Surface {
+  std::vector<Index> polygons;
+  std::vector<bool> turned;    // faces against the first one
+  bool contradiction = false;  // not orientable
+  bool closed = true;          // every edge of every polygon is used by exactly two
+  glm::dvec3 low{std::numeric_limits<double>::infinity()}, high{-std::numeric_limits<double>::infinity()};
+
+  std::size_t turned_count() const {
+    return static_cast<std::size_t>(std::count(turned.begin(), turned.end(), true));
+  }
+  bool contains(const Surface& other) const {  // the middle of its bounding box, in ours
+    const glm::dvec3 middle = 0.5 * other.low + 0.5 * other.high;
+    return glm::all(glm::lessThanEqual(low, middle)) && glm::all(glm::lessThanEqual(middle, high));
+  }
+};
+
+std::vector<Surface> surfaces_of(const Scene& scene) {
+  const std::size_t count = scene.polygons.size();
+  std::vector<std::vector<Link>> links(count);
+  std::vector<bool> open(count, false), seen(count, false), turned(count, false);
+  for (const Edge& edge : edges_of(scene)) {
+    const Index a = edge.side[0].polygon, b = edge.side[1].polygon;
+    if (edge.uses == 2 && a != b) {
+      const bool opposed = edge.side[0].forward == edge.side[1].forward;
+      links[a].push_back({b, opposed});
+      links[b].push_back({a, opposed});
+    } else {
+      open[a] = true;
+      if (edge.uses > 1) open[b] = true;
+    }
+  }
+  std::vector<Surface> surfaces;
+  for (Index start = 0; start < count; ++start) {
+    if (seen[start]) continue;
+    seen[start] = true;
+    Surface surface;
+    surface.polygons = {start};
+    for (std::size_t next = 0; next < surface.polygons.size(); ++next) {
+      const Index p = surface.polygons[next];
+      surface.turned.push_back(turned[p]);
+      surface.closed = surface.closed && !open[p];
+      for (Index i = 0; i < scene.polygons[p].corners; ++i) {
+        surface.low = glm::min(surface.low, scene.polygons[p].corner[i]);
+        surface.high = glm::max(surface.high, scene.polygons[p].corner[i]);
+      }
+      for (const Link& link : links[p]) {
+        if (lies_on(links[p], link)) {
+          surface.closed = false;
+          continue;
+        }
+        const bool wanted = turned[p] != link.opposed;
+        if (!seen[link.to]) {
+          seen[link.to] = true;
+          turned[link.to] = wanted;
+          surface.polygons.push_back(link.to);
+        } else if (turned[link.to] != wanted) {
+          surface.contradiction = true;
+        }
+      }
+    }
+    surfaces.push_back(std::move(surface));
+  }
+  return surfaces;
+}
+
+// Positive where a closed surface faces outward (divergence theorem about its own corner).
+double enclosed_volume(const Scene& scene, const Surface& surface) {
+  double six_volumes = 0;
+  for (const Index p : surface.polygons) {
+    const auto& c = scene.polygons[p].corner;
+    for (Index i = 2; i < scene.polygons[p].corners; ++i) {
+      six_volumes += glm::dot(c[0] - surface.low, glm::cross(c[i - 1] - surface.low, c[i] - surface.low));
+    }
+  }
+  return six_volumes / 6;
+}
+
 }  // namespace
 
 bool is_watertight(const Scene& scene) {
@@ -111,48 +196,45 @@ void check_open_edges(const Scene& scene, std::vector<Diagnostic>& findings) {
 }
 
 void check_orientation(const Scene& scene, std::vector<Diagnostic>& findings) {
-  std::vector<std::vector<Link>> links(scene.polygons.size());
-  for (const Edge& edge : edges_of(scene)) {
-    if (edge.uses != 2 || edge.side[0].polygon == edge.side[1].polygon) continue;
-    const bool opposed = edge.side[0].forward == edge.side[1].forward;
-    links[edge.side[0].polygon].push_back({edge.side[1].polygon, opposed});
-    links[edge.side[1].polygon].push_back({edge.side[0].polygon, opposed});
-  }
-  enum : std::int8_t { unseen = -1, along = 0, against = 1 };
-  std::vector<std::int8_t> facing(scene.polygons.size(), unseen);
-  for (Index start = 0; start < scene.polygons.size(); ++start) {
-    if (facing[start] != unseen) continue;
-    std::vector<Index> surface = {start};
-    facing[start] = along;
-    bool contradiction = false;
-    std::size_t turned = 0;
-    for (std::size_t next = 0; next < surface.size(); ++next) {
-      const Index p = surface[next];
-      for (const Link& link : links[p]) {
-        if (lies_on(links[p], link)) continue;
-        const auto wanted = static_cast<std::int8_t>(facing[p] ^ static_cast<std::int8_t>(link.opposed));
-        if (facing[link.to] == unseen) {
-          facing[link.to] = wanted;
-          surface.push_back(link.to);
-          turned += wanted == against;
-        } else if (facing[link.to] != wanted) {
-          contradiction = true;
-        }
-      }
-    }
-    if (contradiction) {
-      findings.push_back({Diagnostic::Severity::warning, "orientation", scene.polygons[start].where,
-                          "the surface that begins here cannot be given a front, as on a Moebius strip"});
+  const auto warn = [&](const char* rule, Index polygon, std::string message) {
+    findings.push_back(
+        {Diagnostic::Severity::warning, rule, scene.polygons[polygon].where, std::move(message)});
+  };
+  const std::vector<Surface> surfaces = surfaces_of(scene);
+  for (const Surface& surface : surfaces) {
+    const std::size_t size = surface.polygons.size();
+    if (surface.contradiction) {
+      warn("orientation", surface.polygons.front(),
+           "the surface that begins here cannot be given a front, as on a Moebius strip");
       continue;
     }
-    const std::int8_t minority = 2 * turned > surface.size() ? along : against;
-    for (const Index p : surface) {
-      if (facing[p] != minority) continue;
-      findings.push_back(
-          {Diagnostic::Severity::warning, "orientation", scene.polygons[p].where,
-           fmt::format("\"{}\" faces against the {} polygons it is joined to; its front may be its "
-                       "back: list its corners the other way round",
-                       scene.polygons[p].name, surface.size() - 1)});
+    const bool minority = 2 * surface.turned_count() <= size;  // true: those against the first polygon
+    for (std::size_t i = 0; i < size; ++i) {
+      if (surface.turned[i] != minority) continue;
+      warn("orientation", surface.polygons[i],
+           fmt::format(
+               "\"{}\" faces against the {} polygons it is joined to; its front may be its back: list its "
+               "corners the other way round",
+               scene.polygons[surface.polygons[i]].name, size - 1));
+    }
+  }
+  for (const Surface& surface : surfaces) {
+    if (!surface.closed || surface.contradiction || surface.turned_count() > 0) continue;
+    const double volume = enclosed_volume(scene, surface);
+    const double diagonal = glm::distance(surface.low, surface.high);
+    if (std::abs(volume) <= kFlat * diagonal * diagonal * diagonal) continue;  // a sheet with two sides
+    const bool inward = volume < 0;
+    const auto inside = [&](const Surface& other) { return &other == &surface || surface.contains(other); };
+    const auto holding =
+        static_cast<std::size_t>(std::count_if(surfaces.begin(), surfaces.end(), inside)) - 1;
+    if (inward && holding == 0 && surfaces.size() > 1) {
+      warn("inside-out", surface.polygons.front(),
+           "the closed surface that begins here faces inward though nothing is in it; if it is an object, "
+           "turn it");
+    } else if (!inward && holding + 1 == surfaces.size()) {
+      warn("inside-out", surface.polygons.front(),
+           "the closed surface that begins here holds the whole scene but faces outward; if it is a room, "
+           "turn it");
     }
   }
 }

@@ -11,7 +11,9 @@ void check_open_edges(const Scene& scene, std::vector<Diagnostic>& findings);
 
 /// Warns ("orientation") of each polygon that faces against the majority of its connected surface (in a tie,
 /// against its first polygon), and once of each surface that cannot be oriented at all. Polygons are
-/// connected across sides that exactly two of them use.
+/// connected across sides that exactly two of them use; two that share several sides the same way round lie
+/// on each other and are not. Warns ("inside-out") of a closed surface that faces inward with no other
+/// surface in its bounding box, or outward with all others in it.
 void check_orientation(const Scene& scene, std::vector<Diagnostic>& findings);
 
 }  // namespace clrad

@@ -8,9 +8,10 @@
 #include <clrad/error.hpp>
 #include <cmath>
 #include <glm/geometric.hpp>
-#include <map>
 #include <optional>
 #include <span>
+#include <tuple>
+#include <unordered_map>
 
 #include "scene/faces.hpp"
 #include "scene/topology.hpp"
@@ -155,7 +156,15 @@ std::array<double, 12> loop_key(const Polygon& polygon) {
 }
 
 void check_duplicates(Scene& scene) {
-  std::map<std::array<double, 12>, std::size_t> seen;
+  const auto hash = [](const std::array<double, 12>& key) {
+    std::uint64_t h = 0;
+    for (const double x : key) {
+      h = (h ^ std::bit_cast<std::uint64_t>(x)) * 0x9fb21c651e98df25ull;
+      h ^= h >> 32;
+    }
+    return static_cast<std::size_t>(h);
+  };
+  std::unordered_map<std::array<double, 12>, std::size_t, decltype(hash)> seen(scene.polygons.size(), hash);
   for (std::size_t p = 0; p < scene.polygons.size(); ++p) {
     const auto [earlier, is_new] = seen.emplace(loop_key(scene.polygons[p]), p);
     if (is_new) continue;
@@ -178,7 +187,8 @@ void check_emitters(Scene& scene) {
                                "no polygon emits light: the scene is black; give a material an emission"});
 }
 
-// File order: by line where there are lines, findings about the whole file last. Otherwise as found.
+}  // namespace
+
 void sort_findings(Scene& scene) {
   const auto position = [&](const Diagnostic& d) {
     const bool whole_file = d.where.line == 0 && d.where.item.empty();
@@ -187,8 +197,6 @@ void sort_findings(Scene& scene) {
   std::stable_sort(scene.diagnostics.begin(), scene.diagnostics.end(),
                    [&](const Diagnostic& a, const Diagnostic& b) { return position(a) < position(b); });
 }
-
-}  // namespace
 
 Scene validate(RawScene raw, double unit_m) {
   if (!(unit_m > 0) || !std::isfinite(unit_m)) {

@@ -17,9 +17,11 @@
 /// many-corners          repair    more than four corners: cut into triangles, best-shaped ear first
 /// duplicate-face        warning   the corners of an earlier polygon again, facing the same way
 /// orientation           warning   a polygon faces against the others of its connected surface
-/// open-edges            warning   (check only) sides used by one polygon alone: count and the first five
-/// no-polygons           error     nothing is left
-/// no-emitter            warning   no polygon has an emitting material
+/// inside-out            warning   a closed surface faces inward though empty, or outward though it holds all
+/// others overlap               warning   (check only) a polygon lies on an earlier one of its plane that
+/// faces the same way open-edges            warning   (check only) sides used by one polygon alone: count and
+/// the first five no-polygons           error     nothing is left no-emitter            warning   no polygon
+/// has an emitting material
 #pragma once
 #include <clrad/scene.hpp>
 
@@ -31,5 +33,9 @@ namespace clrad {
 /// order; polygons with an error are left out. Materials come out with one band ("grey") when none of their
 /// values differs between the three, else with three.
 Scene validate(RawScene raw, double unit_m);
+
+/// Puts Scene::diagnostics into file order: other files (MTL) first, then by line where there are lines,
+/// findings about the whole file last; otherwise as found.
+void sort_findings(Scene& scene);
 
 }  // namespace clrad

@@ -46,7 +46,8 @@ double quantile_of_linear(double f0, double f1, double s) {
 std::uint64_t morton(std::uint32_t column, std::uint32_t row) {
   std::uint64_t code = 0;
   for (unsigned bit = 0; bit < 32; ++bit)
-    code |= (std::uint64_t(column >> bit & 1) << (2 * bit)) | (std::uint64_t(row >> bit & 1) << (2 * bit + 1));
+    code |=
+        (std::uint64_t(column >> bit & 1) << (2 * bit)) | (std::uint64_t(row >> bit & 1) << (2 * bit + 1));
   return code;
 }
 
@@ -65,13 +66,15 @@ std::vector<std::array<double, 2>> unit_samples(std::uint32_t n, std::uint64_t s
       v = (k / columns + random_at(seed, 2 * k + 1)) / rows;
       keyed[k].first = morton(k % columns, k / columns);
     } else {
-      u = random_at(seed, 0) + (k + 1) * 0.75487766624669276, v = random_at(seed, 1) + (k + 1) * 0.56984029099805327;
+      u = random_at(seed, 0) + (k + 1) * 0.75487766624669276,
+      v = random_at(seed, 1) + (k + 1) * 0.56984029099805327;
       u -= std::floor(u), v -= std::floor(v);
       keyed[k].first = morton(std::uint32_t(u * 65536), std::uint32_t(v * 65536));
     }
     keyed[k].second = {u, v};
   }
-  std::stable_sort(keyed.begin(), keyed.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::stable_sort(keyed.begin(), keyed.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
   std::vector<std::array<double, 2>> result(n);
   for (std::uint32_t k = 0; k < n; ++k) result[k] = keyed[k].second;
   return result;
@@ -150,16 +153,16 @@ void facing(Device& device, const Shooter& shooter, const PointArray& receivers,
 }
 
 void form_factors(Device& device, Estimator estimator, const Shooter& shooter, const PointArray& receivers,
-                  const Array<std::uint32_t>* active, std::uint32_t count, const PointArray& samples, std::uint32_t n,
-                  RealArray& factors) {
+                  const Array<std::uint32_t>* active, std::uint32_t count, const PointArray& samples,
+                  std::uint32_t n, RealArray& factors) {
   const RealArray record = on_device(device, shooter);
   const std::uint32_t chosen = active != nullptr;
   if (estimator == Estimator::exact)
-    device.run(file, "exact_factors", count, record, shooter.plane, receivers, list_of(active, receivers), chosen,
-               factors, count);
+    device.run(file, "exact_factors", count, record, shooter.plane, receivers, list_of(active, receivers),
+               chosen, factors, count);
   else
-    device.run(file, "disk_factors", count, record, shooter.plane, receivers, list_of(active, receivers), chosen,
-               samples, n, Real{disk_area(estimator, shooter, n)}, receivers, 0u, factors, 0u, count);
+    device.run(file, "disk_factors", count, record, shooter.plane, receivers, list_of(active, receivers),
+               chosen, samples, n, Real{disk_area(estimator, shooter, n)}, receivers, 0u, factors, 0u, count);
 }
 
 void visible_factors(Device& device, VisibilityEngine& engine, Estimator estimator, const Shooter& shooter,
@@ -175,14 +178,16 @@ void visible_factors(Device& device, VisibilityEngine& engine, Estimator estimat
                Real{disk_area(estimator, shooter, n)}, masks, 1u, column, 1u, count);
     return;
   }
-  Array<std::uint32_t> flags(device, count, "undecided receivers"), undecided(device, count, "undecided receivers");
-  device.run(file, "visible_factors", count, record, receivers, list, chosen, samples, n, masks, factors, column, flags,
-             count);
+  Array<std::uint32_t> flags(device, count, "undecided receivers"),
+      undecided(device, count, "undecided receivers");
+  device.run(file, "visible_factors", count, record, receivers, list, chosen, samples, n, masks, factors,
+             column, flags, count);
   const std::uint32_t late = compact(device, flags.buffer(), count, undecided.buffer());
   if (late == 0) return;
   PointArray origins(device, late, "undecided receivers"), ends(device, late, "undecided receivers");
   Array<std::uint32_t> late_masks(device, late, "undecided receivers");
-  device.run(file, "aim_undecided", late, record, shooter.plane, receivers, list, chosen, undecided, origins, ends, late);
+  device.run(file, "aim_undecided", late, record, shooter.plane, receivers, list, chosen, undecided, origins,
+             ends, late);
   engine.occluded({&origins, nullptr, late, &ends, 0}, late_masks);
   device.run(file, "decide", late, list, chosen, undecided, late_masks, factors, column, late);
 }

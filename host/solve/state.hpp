@@ -39,7 +39,7 @@ class SolveState {
   RealArray vertex_irradiance, vertex_irradiance_lost;
   RealArray shot, shot_by_slot;                  ///< [band] the shot under way; [band][slot] of a re-shoot
   Array<float> power;                            ///< [patch], unshot power
-  Array<std::uint32_t> facing, active, masks, undecided;  ///< scratch of one shoot
+  Array<std::uint32_t> facing, active, masks;  ///< scratch of one shoot
   RealArray factors, column;                     ///< [receiver]
   double emitted_power = 0;                      ///< sum over patches of area x |E| over bands [W]
 

@@ -167,7 +167,8 @@ class Chop final : public ChopEngine {
   }
 
   std::uint32_t batch_rays() const {
-    if (options_.rays_per_batch) return std::min(options_.rays_per_batch, smaller_);
+    // Ray numbers stay exact as floats.
+    if (options_.rays_per_batch) return std::min({options_.rays_per_batch, smaller_, 1u << 24});
     const auto& ledger = *device_.ledger();
     const std::uint64_t left = ledger.limit - std::min(ledger.limit, ledger.held);
     const auto fits = std::uint32_t(std::min<std::uint64_t>(left / 2 / bytes_per_ray, usual_batch));
@@ -224,7 +225,7 @@ class Chop final : public ChopEngine {
 
   void trace(const Segments& s, const Batch& b, bool nearest,
              const std::function<void(std::uint32_t)>& look = nullptr) {
-    const std::uint32_t rays = b.rays(), first_axis = axes_.empty() ? 3 : axes_[0];
+    const std::uint32_t rays = b.rays();
     need_rays(rays, nearest);
     {
       const auto stage = device_.stage("clip rays to the grid");
@@ -244,9 +245,11 @@ class Chop final : public ChopEngine {
                   cl_uint(s.active != nullptr), scratch_.from);
       device_.run(file, "chop_ends", ends, ends, pairs_ ? b.first_origin : b.first_sample, *s.targets, active,
                   cl_uint(pairs_ && s.active != nullptr), scratch_.to);
-      device_.run(file, "chop_rays", rays, rays, scratch_.from, scratch_.to, run_, pairs_, grid_.frame,
-                  grid_.first_block, slab_, first_axis, scratch_.ray_cells, scratch_.more, p.ray, p.cell,
-                  p.t0, p.t1, p.counts);
+      if (slab_)
+        start_wave(rays, 0);
+      else
+        device_.run(file, "chop_rays", rays, rays, scratch_.from, scratch_.to, run_, pairs_, grid_.frame,
+                    grid_.first_block, first_axis(), p.ray, p.cell, p.t0, p.t1, p.counts);
     }
     if (grid_.blocks == 0) return;
     std::uint32_t count = rays;
@@ -257,16 +260,23 @@ class Chop final : public ChopEngine {
         count = compact(device_, scratch_.flags.buffer(), rays, scratch_.alive.buffer());
         if (count == 0) break;
         need_pieces(scratch_.here, count);
-        auto& p = scratch_.here;
-        device_.run(file, "chop_wave", count, count, scratch_.alive, wave, slab_, first_axis, grid_.frame,
-                    grid_.first_block, scratch_.from, scratch_.to, run_, pairs_, scratch_.ray_cells,
-                    scratch_.more, p.ray, p.cell, p.t0, p.t1, p.counts);
+        start_wave(count, wave);
       }
       const std::uint32_t pieces = cut(count, nearest);
       if (look) look(pieces);
       test(count, pieces, nearest, wave);
       if (slab_ == 0) break;
     }
+  }
+
+  std::uint32_t first_axis() const { return axes_.empty() ? 3 : axes_[0]; }
+
+  /// Wave 0 takes all rays of the batch, later ones those in scratch_.alive.
+  void start_wave(std::uint32_t count, std::uint32_t wave) {
+    auto& p = scratch_.here;
+    device_.run(file, "chop_wave", count, count, scratch_.alive, cl_uint(wave > 0), wave, slab_,
+                scratch_.from, scratch_.to, run_, pairs_, grid_.frame, grid_.first_block, first_axis(),
+                scratch_.ray_cells, scratch_.more, p.ray, p.cell, p.t0, p.t1, p.counts);
   }
 
   void need_rays(std::uint32_t rays, bool nearest) {

@@ -10,7 +10,7 @@ namespace clrad {
 
 /// What the grid's resolution is chosen by: the mean cost of a segment, in any one unit.
 struct GridCosts {
-  double piece = 1.0;  ///< to cut one ray/voxel piece out of a ray
+  double piece = 1.5;  ///< to cut one ray/voxel piece out of a ray
   double block = 1.0;  ///< to test one block of DeviceOptions::packet_width triangles
 };
 

@@ -9,7 +9,8 @@
  *
  * The contour form loses digits by cancellation when the shooter looks small or is seen at a grazing angle; the area
  * form never does (its terms are positive), but needs cells that are small against their distance. Which is used:
- *   1. far (centre at least 3 times the longest edge away) and not grazing: Gauss rule on the whole shooter, plain;
+ *   1. far (centre at least 3 times the longest edge away) and wholly above the horizon: Gauss rule on the whole
+ *      shooter, with distances from the two planes in pairs where the view is grazing;
  *   2. else, no corner below the horizon: contour form, plain, with a running error bound; taken when the bound is small;
  *   3. else, carefully: positions, clipping, cross products and plane distances in pairs (twice the digits). Contour
  *      form when sum|terms| / |sum terms| is small, else Gauss rule on bisected cells, each far in the sense of 1.
@@ -22,11 +23,11 @@
 #include "shared/math.cl"
 
 /* What a kernel knows of the shooter, an array of REAL filled by the host. A triangle repeats its last corner. */
-#define CLRAD_SHOOTER_HI 0      /* corners, x y z of each of 4 */
+#define CLRAD_SHOOTER_HI 0      /* corners, x y z of each of 4, rounded to float in either precision */
 #define CLRAD_SHOOTER_LO 12     /* their second halves */
 #define CLRAD_SHOOTER_EDGE 24   /* E_i, rounded once */
 #define CLRAD_SHOOTER_EDGE2 36  /* |E_i|^2 */
-#define CLRAD_SHOOTER_NORMAL 40 /* unit, to the front; hi x y z, lo x y z */
+#define CLRAD_SHOOTER_NORMAL 40 /* unit, to the front; x y z as float, then what that leaves */
 #define CLRAD_SHOOTER_AREA 46
 #define CLRAD_SHOOTER_JACOBIAN 47 /* area per parameter area at corners 0..3 of the bilinear map */
 #define CLRAD_SHOOTER_FAR2 51     /* (3 x longest edge)^2 */
@@ -294,7 +295,8 @@ REAL clrad_careful_factor(__global const REAL* shooter, clrad_vector p, clrad_ve
   clrad_pair_vector r[5];
   clrad_pair z[5];
   REAL unit;
-  int corners = clrad_clipped_shooter(shooter, p, p_lo, n, r, z, &unit);
+  if (!(clrad_height(shooter, p, p_lo) > 0)) return 0;
+  const int corners = clrad_clipped_shooter(shooter, p, p_lo, n, r, z, &unit);
   if (corners == 0) return 0;
   int accurate;
   const REAL contour = clrad_contour_form(r, corners, n, &accurate);
@@ -323,8 +325,8 @@ REAL clrad_exact_factor(__global const REAL* shooter, clrad_vector p, clrad_vect
   clrad_vector r[4];
   REAL z[4], r2[4];
   REAL nearest2 = CLRAD_R(1e30);
-  int steep = 1;     /* all corners high above the horizon: z is accurate */
-  int above = 1;     /* none below it by more than rounding */
+  int steep = 1; /* all corners high above the horizon: z is accurate */
+  int above = 1; /* none below it by more than rounding */
   int some_above = 0;
   for (int i = 0; i < 4; i++) {
     r[i] = clrad_plus(clrad_minus(clrad_load(shooter + CLRAD_SHOOTER_HI + 3 * i), p),
@@ -342,16 +344,28 @@ REAL clrad_exact_factor(__global const REAL* shooter, clrad_vector p, clrad_vect
   const clrad_vector middle =
       clrad_scaled(clrad_plus(clrad_plus(r[0], r[1]), clrad_plus(r[2], r[3])), CLRAD_R(0.25));
   const REAL middle2 = clrad_dot(middle, middle);
-  const REAL height = -clrad_dot(clrad_load(shooter + CLRAD_SHOOTER_NORMAL), middle);
-  const REAL noise = 8 * CLRAD_EPSILON;
-  if (!some_above || (height < 0 && height * height > noise * noise * middle2)) return 0;
+  const clrad_vector front =
+      clrad_plus(clrad_load(shooter + CLRAD_SHOOTER_NORMAL), clrad_load(shooter + CLRAD_SHOOTER_NORMAL + 3));
+  const REAL height = -clrad_dot(front, middle);
+  const int off_plane = height * height > 64 * CLRAD_EPSILON * CLRAD_EPSILON * middle2; /* its sign is sure */
+  if (!some_above || (height < 0 && off_plane)) return 0;
 
-  if (middle2 >= shooter[CLRAD_SHOOTER_FAR2] && steep && 64 * height * height > middle2) {
+  if (middle2 >= shooter[CLRAD_SHOOTER_FAR2]) {
+    /* At grazing angles the distances from the two planes lose digits: those alone are taken in pairs. */
+    const REAL h = 64 * height * height > middle2 ? height : clrad_height(shooter, p, p_lo);
+    if (!(h > 0)) return 0;
+    if (!steep) {
+      steep = 1;
+      for (uint i = 0; i < 4; i++) {
+        z[i] = clrad_corner_height(shooter, i, n, clrad_make(0, 0, 0), p, p_lo);
+        steep &= z[i] >= 0;
+      }
+    }
     REAL j[4];
     for (int i = 0; i < 4; i++) j[i] = shooter[CLRAD_SHOOTER_JACOBIAN + i];
-    return clrad_cell_sum(r, z, j) * height / CLRAD_PI;
+    if (steep) return clrad_cell_sum(r, z, j) * h / CLRAD_PI;
   }
-  if (above) {
+  if (above && off_plane) {
     REAL sum = 0, bound = 0;
     for (int i = 0; i < 4; i++) {
       const int next = (i + 1) & 3;

@@ -3,6 +3,7 @@
 #define CLRAD_PACKET_CL
 
 #if CLRAD_WIDTH == 1
+#define CLRAD_BITS(v) as_int(v)
 typedef float clrad_floats;
 typedef int clrad_ints;
 #define CLRAD_IS(condition) (-(condition)) /* a scalar comparison gives 1, a vector one -1 */
@@ -15,6 +16,7 @@ typedef int clrad_ints;
 typedef CLRAD_PASTE(float, CLRAD_WIDTH) clrad_floats;
 typedef CLRAD_PASTE(int, CLRAD_WIDTH) clrad_ints;
 #define CLRAD_IS(condition) (condition)
+#define CLRAD_BITS(v) CLRAD_PASTE(as_int, CLRAD_WIDTH)(v)
 #define CLRAD_LOAD(p) CLRAD_PASTE(vload, CLRAD_WIDTH)(0, p)
 #define CLRAD_STORE(v, p) CLRAD_PASTE(vstore, CLRAD_WIDTH)(v, 0, p)
 #if CLRAD_WIDTH == 4

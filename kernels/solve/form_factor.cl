@@ -107,9 +107,9 @@ __kernel void aim_undecided(__global const REAL* shooter, uint plane, __global c
   end.x_lo = c.x.lo;
   end.y_lo = c.y.lo;
   end.z_lo = c.z.lo;
-  end.nx = shooter[CLRAD_SHOOTER_NORMAL];
-  end.ny = shooter[CLRAD_SHOOTER_NORMAL + 1];
-  end.nz = shooter[CLRAD_SHOOTER_NORMAL + 2];
+  end.nx = shooter[CLRAD_SHOOTER_NORMAL] + shooter[CLRAD_SHOOTER_NORMAL + 3];
+  end.ny = shooter[CLRAD_SHOOTER_NORMAL + 1] + shooter[CLRAD_SHOOTER_NORMAL + 4];
+  end.nz = shooter[CLRAD_SHOOTER_NORMAL + 2] + shooter[CLRAD_SHOOTER_NORMAL + 5];
   end.plane = plane;
   end.surface = CLRAD_NONE;
   origins[k] = p;

@@ -23,6 +23,8 @@
 #include "shared/triangle.cl"
 #include "shared/voxel.cl"
 
+#define ALWAYS_INLINE __attribute__((always_inline)) inline
+
 #if CLRAD_WIDTH == 1
 typedef float lanes_float;
 typedef int lanes_int;
@@ -57,10 +59,8 @@ typedef uint16 lanes_uint;
 #define LANE_BITS (int16)(1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 2048, 4096, 8192, 16384, 32768)
 #endif
 
-#define ALWAYS_INLINE __attribute__((always_inline)) inline
-
 /* All lanes ored together. */
-inline int any_bits(lanes_int v) {
+ALWAYS_INLINE int any_bits(lanes_int v) {
 #if CLRAD_WIDTH == 1
   return v;
 #elif defined(__clang__) && defined(__has_builtin) && __has_builtin(__builtin_reduce_or)
@@ -95,17 +95,23 @@ typedef struct ray_ends {
   __global const uint *a, *b;
 } ray_ends;
 
-inline ray_ends ends_of(__global const uint* from, __global const uint* to, uint run, uint pairs, uint r) {
+ALWAYS_INLINE ray_ends ends_of(__global const uint* from, __global const uint* to, uint run, uint pairs,
+                               uint r) {
+  /* r / run without an integer division, which has no vector form: r < 2^24, so the guess is off by one at
+   * most. */
+  uint q = convert_uint(convert_float(r) / convert_float(run));
+  q -= q * run > r ? 1u : 0u;
+  q += (q + 1u) * run <= r ? 1u : 0u;
   ray_ends e;
-  e.a = from + (pairs ? r : r / run) * END_WORDS;
-  e.b = to + (pairs ? r : r % run) * END_WORDS;
+  e.a = from + (pairs ? r : q) * END_WORDS;
+  e.b = to + (pairs ? r : r - q * run) * END_WORDS;
   return e;
 }
 
-inline float ray_origin(ray_ends e, uint axis) {
+ALWAYS_INLINE float ray_origin(ray_ends e, uint axis) {
   return as_float(e.a[axis]);
 }
-inline float ray_direction(ray_ends e, uint axis) {
+ALWAYS_INLINE float ray_direction(ray_ends e, uint axis) {
   return CLRAD_DIFFERENCE(as_float(e.b[axis]), as_float(e.b[3 + axis]), as_float(e.a[axis]),
                           as_float(e.a[3 + axis]));
 }
@@ -167,44 +173,43 @@ __kernel void chop_packets(uint lanes, __global const uint* triangle,
 /* ---- cutting
  * ------------------------------------------------------------------------------------------------------ */
 
-/* The part [*t0, *t1] of the ray inside the grid's box; 0, and nothing written, when there is none. */
-inline int clip(ray_ends ray, __global const float* frame, float* t0, float* t1) {
+/* The part [*t0, *t1] of the ray inside the grid's box. 0 when there is none; then t0 > t1. */
+ALWAYS_INLINE int clip(ray_ends ray, __global const float* frame, float* t0, float* t1) {
   float begin = 0.0f, end = 1.0f;
   int inside = 1, moves = 0;
   for (uint a = 0; a < 3; ++a) {
-    float o = ray_origin(ray, a), d = ray_direction(ray, a);
-    int n = convert_int(frame[9 + a]);
-    float low = clrad_plane(frame, a, 0), high = clrad_plane(frame, a, n);
-    if (d == 0.0f) {
-      inside &= o >= low && o <= high;
-    } else {
-      float inverse = 1.0f / d, p = (low - o) * inverse, q = (high - o) * inverse;
-      float near = p < q ? p : q, far = p < q ? q : p;
-      begin = begin > near ? begin : near;
-      end = end < far ? end : far;
-      moves = 1;
-    }
+    float o = ray_origin(ray, a), d = ray_direction(ray, a), inverse = 1.0f / d;
+    float low = clrad_plane(frame, a, 0), high = clrad_plane(frame, a, convert_int(frame[9 + a]));
+    float p = (low - o) * inverse, q = (high - o) * inverse;
+    float near = p < q ? p : q, far = p < q ? q : p;
+    int along = d == 0.0f; /* with the planes: p and q are infinite or NaN */
+    near = along ? 0.0f : near;
+    far = along ? 1.0f : far;
+    begin = begin > near ? begin : near;
+    end = end < far ? end : far;
+    inside &= (along ^ 1) | ((o >= low) & (o <= high));
+    moves |= along ^ 1;
   }
-  if (!(inside & moves & (begin <= end))) return 0;
-  *t0 = begin;
-  *t1 = end;
-  return 1;
+  int meets = inside & moves & (begin <= end);
+  *t0 = meets ? begin : 1.0f;
+  *t1 = meets ? end : 0.0f;
+  return meets;
 }
 
 /* The cells of an axis that a wave may use, packed with the axis. All cells of all axes: axis 3. */
 #define ANY_CELLS (3u << 20)
 
-inline int first_cell(uint cells, uint axis) {
+ALWAYS_INLINE int first_cell(uint cells, uint axis) {
   return cells >> 20 == axis ? (int)(cells & 1023u) : 0;
 }
-inline int last_cell(uint cells, uint axis, __global const float* frame) {
+ALWAYS_INLINE int last_cell(uint cells, uint axis, __global const float* frame) {
   return cells >> 20 == axis ? (int)(cells >> 10 & 1023u) : convert_int(frame[9 + axis]) - 1;
 }
 
 /* How many pieces [t0, t1] of the ray has along the axis; for axis 3: how many blocks the voxel's list has.
  */
-inline uint pieces_ahead(uint axis, ray_ends ray, float t0, float t1, uint cell, uint cells,
-                         __global const float* frame, __global const uint* first_block) {
+ALWAYS_INLINE uint pieces_ahead(uint axis, ray_ends ray, float t0, float t1, uint cell, uint cells,
+                                __global const float* frame, __global const uint* first_block) {
   if (axis == 3) {
     uint v = ((cell >> 20) * (uint)frame[10] + (cell >> 10 & 1023u)) * (uint)frame[9] + (cell & 1023u);
     return first_block[v + 1] - first_block[v];
@@ -217,8 +222,8 @@ inline uint pieces_ahead(uint axis, ray_ends ray, float t0, float t1, uint cell,
 
 /* Wave `wave` of a ray: narrows [t0, t1] and gives the cells it may use. *more: the ray goes on after this
  * wave. */
-inline uint wave_cells(ray_ends ray, __global const float* frame, uint wave, uint slab, float* t0, float* t1,
-                       uint* more) {
+ALWAYS_INLINE uint wave_cells(ray_ends ray, __global const float* frame, uint wave, uint slab, float* t0,
+                              float* t1, uint* more) {
   uint axis = 0;
   int from = 0, to = 0;
   for (uint a = 0; a < 3; ++a) {
@@ -252,53 +257,48 @@ inline uint wave_cells(ray_ends ray, __global const float* frame, uint wave, uin
   return axis << 20 | (uint)(a < b ? b : a) << 10 | (uint)(a < b ? a : b);
 }
 
-/* Cuts `rays` rays to the box and to wave 0; counts[r] = pieces along `axis`, 0 for rays that miss. */
+/* Cuts `rays` rays to the box; counts[r] = pieces along `axis`, 0 for rays that miss it. */
 __kernel void chop_rays(uint rays, __global const uint* from, __global const uint* to, uint run, uint pairs,
-                        __global const float* frame, __global const uint* first_block, uint slab, uint axis,
-                        __global uint* ray_cells, __global uint* more, __global uint* piece_ray,
-                        __global uint* piece_cell, __global float* piece_t0, __global float* piece_t1,
-                        __global uint* counts) {
+                        __global const float* frame, __global const uint* first_block, uint axis,
+                        __global uint* piece_ray, __global uint* piece_cell, __global float* piece_t0,
+                        __global float* piece_t1, __global uint* counts) {
   uint r = get_global_id(0);
   if (r >= rays) return;
   ray_ends ray = ends_of(from, to, run, pairs, r);
-  float t0 = 1.0f, t1 = 0.0f;
-  uint cells = ANY_CELLS, goes_on = 0, count = 0;
-  if (clip(ray, frame, &t0, &t1)) {
-    if (slab) cells = wave_cells(ray, frame, 0, slab, &t0, &t1, &goes_on);
-    count = pieces_ahead(axis, ray, t0, t1, 0, cells, frame, first_block);
-  }
-  if (slab) {
-    ray_cells[r] = cells;
-    more[r] = goes_on;
-  }
+  float t0, t1;
+  int meets = clip(ray, frame, &t0, &t1);
+  uint count = pieces_ahead(axis, ray, t0, t1, 0, ANY_CELLS, frame, first_block);
   piece_ray[r] = r;
   piece_cell[r] = 0;
   piece_t0[r] = t0;
   piece_t1[r] = t1;
-  counts[r] = count;
+  counts[r] = meets ? count : 0u;
 }
 
-/* The same for the rays that go on to a later wave: alive[i] is the ray of slot i. */
-__kernel void chop_wave(uint count_alive, __global const uint* alive, uint wave, uint slab, uint axis,
-                        __global const float* frame, __global const uint* first_block,
+/* The same, cut to a wave as well, for `count` rays: alive[i] is the ray of slot i (i itself when use_alive
+ * is 0). */
+__kernel void chop_wave(uint count, __global const uint* alive, uint use_alive, uint wave, uint slab,
                         __global const uint* from, __global const uint* to, uint run, uint pairs,
+                        __global const float* frame, __global const uint* first_block, uint axis,
                         __global uint* ray_cells, __global uint* more, __global uint* piece_ray,
                         __global uint* piece_cell, __global float* piece_t0, __global float* piece_t1,
                         __global uint* counts) {
   uint i = get_global_id(0);
-  if (i >= count_alive) return;
-  uint r = alive[i], goes_on = 0;
+  if (i >= count) return;
+  uint r = use_alive ? alive[i] : i, goes_on = 0, cells = ANY_CELLS, ahead = 0;
   ray_ends ray = ends_of(from, to, run, pairs, r);
-  float t0 = 0.0f, t1 = 1.0f;
-  clip(ray, frame, &t0, &t1);
-  uint cells = wave_cells(ray, frame, wave, slab, &t0, &t1, &goes_on);
+  float t0, t1;
+  if (clip(ray, frame, &t0, &t1)) {
+    cells = wave_cells(ray, frame, wave, slab, &t0, &t1, &goes_on);
+    ahead = pieces_ahead(axis, ray, t0, t1, 0, cells, frame, first_block);
+  }
   ray_cells[r] = cells;
   more[r] = goes_on;
   piece_ray[i] = r;
   piece_cell[i] = 0;
   piece_t0[i] = t0;
   piece_t1[i] = t1;
-  counts[i] = pieces_ahead(axis, ray, t0, t1, 0, cells, frame, first_block);
+  counts[i] = ahead;
 }
 
 /* One cut: slot s is piece rank[s], along `axis`, of the piece owner[s]; counts[s] = what it asks for along
@@ -320,17 +320,14 @@ __kernel void chop_cut(uint slots, uint axis, uint next, __global const uint* of
   int step = d < 0.0f ? -1 : 1;
   int i =
       clrad_cell(frame, axis, o + t0 * d, first_cell(cells, axis), last_cell(cells, axis, frame)) + step * k;
-  float begin = t0, end = t1;
-  if (k > 0) {
-    float t = clrad_crossing(frame, axis, i + (step < 0), o, d);
-    t = t > t0 ? t : t0;
-    begin = t < t1 ? t : t1;
-  }
-  if (k < last) {
-    float t = clrad_crossing(frame, axis, i + (step > 0), o, d);
-    t = t > t0 ? t : t0;
-    end = t < t1 ? t : t1;
-  }
+  float entry = clrad_crossing(frame, axis, i + (step < 0 ? 1 : 0), o, d);
+  entry = entry > t0 ? entry : t0;
+  entry = entry < t1 ? entry : t1;
+  float begin = k > 0 ? entry : t0;
+  float leave = clrad_crossing(frame, axis, i + (step > 0 ? 1 : 0), o, d);
+  leave = leave > t0 ? leave : t0;
+  leave = leave < t1 ? leave : t1;
+  float end = k < last ? leave : t1;
   uint cell = in_cell[p] | (uint)i << (10 * axis);
   out_ray[s] = r;
   out_cell[s] = cell;
@@ -361,7 +358,7 @@ typedef struct ray_data {
   uint a_plane, b_plane;
 } ray_data;
 
-inline ray_data load_ray(ray_ends e) {
+ALWAYS_INLINE ray_data load_ray(ray_ends e) {
   ray_data d;
   d.ax = ray_origin(e, 0);
   d.ay = ray_origin(e, 1);
@@ -378,8 +375,9 @@ inline ray_data load_ray(ray_ends e) {
 }
 
 /* Per lane -1 or 0: surely blocked, and undecided. */
-ALWAYS_INLINE void test_block(ray_data s, uint block, __global const float* packets, __global const uint* triangle,
-                       __global const uint* plane, lanes_int* hit, lanes_int* undecided) {
+ALWAYS_INLINE void test_block(ray_data s, uint block, __global const float* packets,
+                              __global const uint* triangle, __global const uint* plane, lanes_int* hit,
+                              lanes_int* undecided) {
   __global const float* p = packets + block * (PACKET_FLOATS * CLRAD_WIDTH);
   lanes_float x = (LOAD_FLOATS(0, p) - s.ax) + (LOAD_FLOATS(3, p) - s.ax_lo);
   lanes_float y = (LOAD_FLOATS(1, p) - s.ay) + (LOAD_FLOATS(4, p) - s.ay_lo);
@@ -435,7 +433,7 @@ __kernel void chop_test_any(uint slots, __global const uint* owner, __global con
   doubt[s] = verdict & HIT_BIT ? 0u : (uint)verdict;
 }
 
-inline clrad_segment whole_segment(ray_ends e) {
+ALWAYS_INLINE clrad_segment whole_segment(ray_ends e) {
   clrad_segment s;
   s.ax = as_float(e.a[0]);
   s.ay = as_float(e.a[1]);

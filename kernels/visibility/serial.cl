@@ -117,37 +117,42 @@ __kernel void serial_occluded(__global const CLRAD_POINT_T* origins, __global co
                          c2z = CLRAD_CROSS(f->e2x, f->e2y, px, py);
       const clrad_floats scale = CLRAD_VOLUME_SCALE(norm_a, f->edge_size);
 
+      /* Only what the vectors decide is in this loop, so that they stay in registers. Sign bits are combined instead of
+       * comparing: the sign of a rounded sum is that of the exact one, so U + E < 0 as floats says U < -E. */
+      clrad_ints blocked = 0, undecided = 0;
       for (uint k = 0; k < in_chunk; ++k) {
         const int bit = 1 << k;
         if ((needed & bit) == 0) continue;
-        const clrad_floats x = dx[k], y = dy[k], z = dz[k];
+        const clrad_floats x = dx[k], y = dy[k], z = dz[k], error = size[k] * scale;
         const clrad_floats u0 = CLRAD_DOT(x, y, z, c0x, c0y, c0z), u1 = CLRAD_DOT(x, y, z, c1x, c1y, c1z),
                            u2 = CLRAD_DOT(x, y, z, c2x, c2y, c2z);
-        const clrad_floats low = CLRAD_MIN(u0, u1), high = CLRAD_MAX(u0, u1);
-        const clrad_floats least = CLRAD_MIN(low, u2), most = CLRAD_MAX(high, u2), error = size[k] * scale;
-        const clrad_ints outside = CLRAD_IS(least < -error) & CLRAD_IS(most > error);
-        const clrad_ints near = open & bit & ~outside;
+        const clrad_ints below_0 = CLRAD_BITS(u0 + error), below_1 = CLRAD_BITS(u1 + error), below_2 = CLRAD_BITS(u2 + error);
+        const clrad_ints above_0 = CLRAD_BITS(error - u0), above_1 = CLRAD_BITS(error - u1), above_2 = CLRAD_BITS(error - u2);
+        const clrad_ints outside = (below_0 | below_1 | below_2) & (above_0 | above_1 | above_2);
+        const clrad_ints near = open & bit & ~(outside >> 31);
         if (clrad_bits_of_any(near) == 0) continue;
-
-        const clrad_ints inside = CLRAD_IS(least > error) | CLRAD_IS(most < -error);
-        clrad_ints blocked = near & inside & crossed;
-        const clrad_ints undecided = near & ~blocked;
-        if (clrad_bits_of_any(undecided) != 0) {
-          int undecided_lanes[CLRAD_WIDTH], blocked_lanes[CLRAD_WIDTH];
-          CLRAD_STORE(undecided, undecided_lanes);
-          for (int lane = 0; lane < CLRAD_WIDTH; ++lane) {
-            blocked_lanes[lane] = 0;
-            if (!undecided_lanes[lane]) continue;
+        const clrad_ints inside = (below_0 & below_1 & below_2) | (above_0 & above_1 & above_2);
+        const clrad_ints sure = near & crossed & (inside >> 31);
+        blocked |= sure;
+        undecided |= near & ~sure;
+      }
+      if (clrad_bits_of_any(undecided) != 0) {
+        int undecided_lanes[CLRAD_WIDTH], blocked_lanes[CLRAD_WIDTH];
+        CLRAD_STORE(undecided, undecided_lanes);
+        for (uint lane = 0; lane < CLRAD_WIDTH; ++lane) {
+          blocked_lanes[lane] = 0;
+          for (uint k = 0; k < in_chunk; ++k) {
+            if ((undecided_lanes[lane] & (1 << k)) == 0) continue;
             const clrad_segment s = {a[0][lane], a[1][lane], a[2][lane], a[3][lane], a[4][lane],
                                      a[5][lane], b[0][k],    b[1][k],    b[2][k],    b[3][k],
                                      b[4][k],    b[5][k],    (uint)a_plane_lanes[lane], b_plane[k]};
-            blocked_lanes[lane] = clrad_blocked(s, *t) ? bit : 0;
+            if (clrad_blocked(s, *t)) blocked_lanes[lane] |= 1 << k;
             ++undecided_count;
           }
-          blocked |= CLRAD_LOAD(blocked_lanes);
         }
-        todo &= ~blocked;
+        blocked |= CLRAD_LOAD(blocked_lanes);
       }
+      todo &= ~blocked;
       if (clrad_bits_of_any(todo) == 0) break;
     }
     result |= (asked & ~todo) << (int)begin;

@@ -1,5 +1,5 @@
-// The form factor of a point and a polygon by Lambert's contour formula, for clarity alone, in any type of number: with
-// long double it has 19 digits to lose by cancellation, with `Quad` 34.
+// The form factor of a point and a polygon by Lambert's contour formula, for clarity alone, in any type of
+// number: with long double it has 19 digits to lose by cancellation, with `Quad` 34.
 #pragma once
 #include <boost/multiprecision/cpp_bin_float.hpp>
 #include <cmath>
@@ -26,8 +26,8 @@ Vec<Real> cross(const Vec<Real>& a, const Vec<Real>& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
-/// Fraction of the cosine-weighted hemisphere at p about n that the polygon's front covers; 0 in its plane and behind it.
-/// Corners counter-clockwise seen from the front; p and n as given, nothing is rounded.
+/// Fraction of the cosine-weighted hemisphere at p about n that the polygon's front covers; 0 in its plane
+/// and behind it. Corners counter-clockwise seen from the front; p and n as given, nothing is rounded.
 template <class Real>
 Real point_factor(const glm::dvec3& p, const glm::dvec3& n, const std::vector<glm::dvec3>& polygon) {
   using std::atan2, std::sqrt;

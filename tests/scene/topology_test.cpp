@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include <cmath>
 
 #include "scene/files.hpp"
@@ -106,6 +108,44 @@ TEST(SceneTopology, MoebiusStripCannotBeOriented) {
   const auto found = of_rule(load_scene(write_obj(folder, text)).diagnostics, "orientation");
   ASSERT_EQ(found.size(), 1u);
   EXPECT_NE(found[0].message.find("Moebius"), std::string::npos);
+}
+
+// Cubes of edge `size` at (x, x, x), their vertices counted back from the face.
+std::string cube_at(double x, double size, bool inward) {
+  std::string text;
+  for (int i = 0; i < 8; ++i) {
+    const int corner[8][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0},
+                              {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
+    text += "v";
+    for (const int c : corner[i]) text += " " + std::to_string(x + size * c);
+    text += "\n";
+  }
+  for (std::string f : kInward) {
+    if (!inward) std::reverse(f.begin(), f.end());
+    text += "f";
+    for (const char c : f) {
+      if (c != ' ') text += " " + std::to_string(c - '9');
+    }
+    text += "\n";
+  }
+  return text;
+}
+
+TEST(SceneTopology, InsideOutObjectsAndRooms) {
+  Folder folder;
+  const auto lines = [&](const std::string& text) {
+    std::vector<std::uint32_t> found;
+    for (const Diagnostic& d : of_rule(check_scene(write_obj(folder, text)), "inside-out"))
+      found.push_back(d.where.line);
+    return found;
+  };
+  using Lines = std::vector<std::uint32_t>;  // each cube takes 14 lines, its faces from the ninth on
+  EXPECT_EQ(lines(cube_at(0, 8, true) + cube_at(1, 1, false) + cube_at(4, 2, false)), Lines{});
+  EXPECT_EQ(lines(cube_at(0, 8, true) + cube_at(1, 1, true) + cube_at(4, 2, false)), Lines{25});
+  EXPECT_EQ(lines(cube_at(0, 8, false) + cube_at(1, 1, false)), Lines{11});
+  EXPECT_EQ(lines(cube_at(0, 8, false)), Lines{11});
+  EXPECT_EQ(lines(cube_at(0, 8, true)), Lines{});
+  EXPECT_EQ(lines(cube_at(1e6, 8, true) + cube_at(1e6 + 1, 1, true) + cube_at(1e6 + 4, 2, false)), Lines{25});
 }
 
 TEST(SceneTopology, NothingIsNotWatertight) {

@@ -1,5 +1,6 @@
-/// The shared kernel arithmetic compiled as C++, once in float and once in double: what the device computes, where a
-/// debugger and millions of arguments can reach it. The device's results are compared with it bit by bit.
+/// The shared kernel arithmetic compiled as C++, once in float and once in double: what the device computes,
+/// where a debugger and millions of arguments can reach it. The device's results are compared with it bit by
+/// bit.
 #pragma once
 #include <bit>
 #include <cmath>
@@ -9,13 +10,19 @@
 
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wunused-function"
+#pragma GCC push_options
+#pragma GCC optimize("no-tree-slp-vectorize")
 
 namespace kernel32 {
 using uint = std::uint32_t;
 using ulong = std::uint64_t;
 using std::sqrt;
-inline float as_float(std::uint32_t bits) { return std::bit_cast<float>(bits); }
-inline std::uint32_t as_uint(float x) { return std::bit_cast<std::uint32_t>(x); }
+inline float as_float(std::uint32_t bits) {
+  return std::bit_cast<float>(bits);
+}
+inline std::uint32_t as_uint(float x) {
+  return std::bit_cast<std::uint32_t>(x);
+}
 #define REAL float
 #define CLRAD_POINT_T clrad_point_float
 #define __global
@@ -41,8 +48,12 @@ namespace kernel64 {
 using uint = std::uint32_t;
 using ulong = std::uint64_t;
 using std::sqrt;
-inline double as_double(std::uint64_t bits) { return std::bit_cast<double>(bits); }
-inline std::uint64_t as_ulong(double x) { return std::bit_cast<std::uint64_t>(x); }
+inline double as_double(std::uint64_t bits) {
+  return std::bit_cast<double>(bits);
+}
+inline std::uint64_t as_ulong(double x) {
+  return std::bit_cast<std::uint64_t>(x);
+}
 #define CLRAD_FP64
 #define REAL double
 #define CLRAD_POINT_T clrad_point_double
@@ -55,4 +66,5 @@ namespace {
 #undef __global
 #undef __constant
 }  // namespace kernel64
+#pragma GCC pop_options
 #pragma GCC diagnostic pop

@@ -11,8 +11,12 @@ namespace {
 
 using oracle::Quad;
 
-double ulp32(double x) { return std::max(std::ldexp(1.0, std::ilogb(x) - 23), 1e-44); }
-double ulp64(double x) { return std::max(std::ldexp(1.0, std::ilogb(x) - 52), 5e-324); }
+double ulp32(double x) {
+  return std::max(std::ldexp(1.0, std::ilogb(x) - 23), 1e-44);
+}
+double ulp64(double x) {
+  return std::max(std::ldexp(1.0, std::ilogb(x) - 52), 5e-324);
+}
 
 struct Worst {
   double ulp32 = 0, ulp64 = 0;
@@ -22,10 +26,13 @@ struct Worst {
 void check(double y, double x, Worst& worst) {
   const float y32 = float(y), x32 = float(x);
   const double exact32 = double(std::atan2((long double)y32, (long double)x32));
-  if (exact32 > 0) worst.ulp32 = std::max(worst.ulp32, std::abs(double(kernel32::clrad_atan2(y32, x32)) - exact32) / ulp32(exact32));
+  if (exact32 > 0)
+    worst.ulp32 =
+        std::max(worst.ulp32, std::abs(double(kernel32::clrad_atan2(y32, x32)) - exact32) / ulp32(exact32));
   const long double exact64 = std::atan2((long double)y, (long double)x);
   if (exact64 > 0)
-    worst.ulp64 = std::max(worst.ulp64, std::abs(double((long double)kernel64::clrad_atan2(y, x) - exact64)) / ulp64(double(exact64)));
+    worst.ulp64 = std::max(worst.ulp64, std::abs(double((long double)kernel64::clrad_atan2(y, x) - exact64)) /
+                                            ulp64(double(exact64)));
 }
 
 TEST(Atan2, IsWithinTwoUlp) {
@@ -43,7 +50,8 @@ TEST(Atan2, IsWithinTwoUlp) {
   }
   // On both sides of where the nearest multiple of 1/4 changes, and of the octants' borders.
   for (const double t : {0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0})
-    for (const double next : {std::nextafter(t, 0), t, std::nextafter(t, 2), double(std::nextafter(float(t), 0.0f)), double(std::nextafter(float(t), 2.0f))})
+    for (const double next : {std::nextafter(t, 0), t, std::nextafter(t, 2),
+                              double(std::nextafter(float(t), 0.0f)), double(std::nextafter(float(t), 2.0f))})
       for (const double sign : {1.0, -1.0}) {
         check(next, sign, worst);
         check(1, sign * next, worst);
@@ -65,8 +73,8 @@ TEST(Atan2, SpecialArguments) {
   EXPECT_TRUE(std::isnan(kernel32::clrad_atan2(NAN, 1)) || kernel32::clrad_atan2(NAN, 1) == 0);
 }
 
-// Relative error of one operation on pairs against 34 digits: a few eps^2 (eps = 2^-53: 1.2e-32) for sums of one sign, products
-// and quotients; for differences of the operands' size.
+// Relative error of one operation on pairs against 34 digits: a few eps^2 (eps = 2^-53: 1.2e-32) for sums of
+// one sign, products and quotients; for differences of the operands' size.
 TEST(Pairs, HaveTwiceTheDigits) {
   constexpr std::uint64_t seed = 11;
   RecordProperty("seed", int(seed));
