@@ -47,15 +47,23 @@ std::pair<unsigned, unsigned> parse_size(const std::string& text) {
                        std::from_chars(begin + x + 1, begin + text.size(), height).ptr == begin + text.size();
     if (whole && width > 0 && height > 0 && width <= 16384 && height <= 16384) return {width, height};
   }
-  throw UsageError(fmt::format("--size '{}' is not a picture's size; write 640x480 (at most 16384 each way)", text));
+  throw UsageError(
+      fmt::format("--size '{}' is not a picture's size; write 640x480 (at most 16384 each way)", text));
 }
 
 double parse_unit(const std::string& text) {
   double value = 1;
   std::string unit = text;
   split_number(text, value, unit);
-  const double of = unit == "m" || unit.empty() ? 1 : unit == "cm" ? 0.01 : unit == "mm" ? 0.001 : unit == "in" ? 0.0254 : unit == "ft" ? 0.3048 : 0;
-  if (!(of > 0) || !(value > 0)) throw UsageError(fmt::format("--unit '{}' is not a length; write mm, cm, m, in, ft or metres as a number", text));
+  const double of = unit == "m" || unit.empty() ? 1
+                    : unit == "cm"              ? 0.01
+                    : unit == "mm"              ? 0.001
+                    : unit == "in"              ? 0.0254
+                    : unit == "ft"              ? 0.3048
+                                                : 0;
+  if (!(of > 0) || !(value > 0))
+    throw UsageError(
+        fmt::format("--unit '{}' is not a length; write mm, cm, m, in, ft or metres as a number", text));
   return value * of;
 }
 
@@ -78,8 +86,9 @@ Camera choose_camera(const std::string& text, const Scene& scene, double unit_m)
     at = comma + 1;
   }
   if (v.size() != 6 && v.size() != 7)
-    throw UsageError(fmt::format("--camera '{}' is neither a camera of the scene (it has:{}) nor ex,ey,ez,tx,ty,tz[,degrees]", text,
-                                 known.empty() ? " none" : known));
+    throw UsageError(fmt::format(
+        "--camera '{}' is neither a camera of the scene (it has:{}) nor ex,ey,ez,tx,ty,tz[,degrees]", text,
+        known.empty() ? " none" : known));
   Camera camera;
   camera.name = "command line";
   camera.eye = glm::dvec3(v[0], v[1], v[2]) * unit_m;
@@ -87,21 +96,28 @@ Camera choose_camera(const std::string& text, const Scene& scene, double unit_m)
   // The up of the camera that shows the whole scene follows the scene's own up axis.
   camera.up = scene.cameras.empty() ? default_camera(scene).up : scene.cameras.front().up;
   if (v.size() == 7) camera.vertical_field_of_view_rad = v[6] * 3.14159265358979323846 / 180;
-  if (!(glm::length(camera.target - camera.eye) > 0)) throw UsageError("--camera: eye and target are the same point");
+  if (!(glm::length(camera.target - camera.eye) > 0))
+    throw UsageError("--camera: eye and target are the same point");
   if (!(camera.vertical_field_of_view_rad > 0 && camera.vertical_field_of_view_rad < 3.1))
     throw UsageError("--camera: the field of view is between 0 and 178 degrees");
   return camera;
 }
 
 void DeviceArguments::add_to(CLI::App& verb) {
-  verb.add_option("--device", options.device, "OpenCL device: its number or part of its name (default: first GPU, else CPU)");
-  verb.add_option("--cores", options.cores, "use N compute units (an OpenCL sub-device)")->check(CLI::PositiveNumber);
-  verb.add_option("--precision", precision, "float or double")->check(CLI::IsMember({"float", "double"}))->capture_default_str();
+  verb.add_option("--device", options.device,
+                  "OpenCL device: its number or part of its name (default: first GPU, else CPU)");
+  verb.add_option("--cores", options.cores, "use N compute units (an OpenCL sub-device)")
+      ->check(CLI::PositiveNumber);
+  verb.add_option("--precision", precision, "float or double")
+      ->check(CLI::IsMember({"float", "double"}))
+      ->capture_default_str();
   verb.add_option("--memory", memory, "most device memory to use, such as 512M or 2G (default: half of it)");
-  verb.add_option("--work-group", options.work_group_size, "work-group size (default: 64 on CPUs, 128 on GPUs)")
+  verb.add_option("--work-group", options.work_group_size,
+                  "work-group size (default: 64 on CPUs, 128 on GPUs)")
       ->check(CLI::Range(1, 1024))
       ->group("Tuning");
-  verb.add_option("--packet", options.packet_width, "rays a work-item: 1, 4, 8 or 16 (default: 16 on CPUs, 1 on GPUs)")
+  verb.add_option("--packet", options.packet_width,
+                  "rays a work-item: 1, 4, 8 or 16 (default: 16 on CPUs, 1 on GPUs)")
       ->check(CLI::IsMember({1, 4, 8, 16}))
       ->group("Tuning");
 }

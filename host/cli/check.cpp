@@ -7,15 +7,17 @@
 namespace clrad::cli {
 
 void add_check(CLI::App& app, Action& action) {
-  CLI::App* verb = app.add_subcommand(
-      "check", "say what is wrong with a scene: degenerate, non-planar and duplicate faces, open edges, orientation, materials");
+  CLI::App* verb = app.add_subcommand("check",
+                                      "say what is wrong with a scene: degenerate, non-planar and duplicate "
+                                      "faces, open edges, orientation, materials");
   struct Arguments {
     std::string scene, unit = "m";
     bool strict = false;
   };
   const auto a = std::make_shared<Arguments>();
   verb->add_option("scene", a->scene, "OBJ, glTF or GLB file")->required();
-  verb->add_option("--unit", a->unit, "length of one unit of the file: mm, cm, m, in, ft or metres")->capture_default_str();
+  verb->add_option("--unit", a->unit, "length of one unit of the file: mm, cm, m, in, ft or metres")
+      ->capture_default_str();
   verb->add_flag("--strict", a->strict, "warnings count as errors");
   verb->callback([a, &action] {
     action = [a] {

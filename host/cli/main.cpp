@@ -5,7 +5,8 @@
 int main(int argc, char** argv) {
   using namespace clrad;
   CLI::App app(
-      "clrad: data-parallel radiosity. Finds how the diffuse surfaces of a scene light each other and gives pictures, numbers "
+      "clrad: data-parallel radiosity. Finds how the diffuse surfaces of a scene light each other and gives "
+      "pictures, numbers "
       "and files that other tools open.\n");
   app.set_version_flag("--version", "clrad " CLRAD_VERSION);
   app.require_subcommand(1);
@@ -14,7 +15,8 @@ int main(int argc, char** argv) {
       "  clrad solve scenes/cornell.obj -o out      picture, glTF and report into out/\n"
       "  clrad solve room.glb --sensors desk.pts --json report.json\n"
       "  clrad check room.glb                       what is wrong with the file\n"
-      "Exit codes: 0 done, 1 a failure of the program or device, 2 bad usage, 3 bad input, 4 stopped, partial result written.");
+      "Exit codes: 0 done, 1 a failure of the program or device, 2 bad usage, 3 bad input, 4 stopped, "
+      "partial result written.");
   cli::Action action;
   cli::add_solve(app, action);
   cli::add_check(app, action);

@@ -26,9 +26,12 @@ void watch_for_interrupt() {
   std::signal(SIGTERM, on_signal);
 }
 
-bool interrupted() { return signalled != 0; }
+bool interrupted() {
+  return signalled != 0;
+}
 
-ProgressLine::ProgressLine(bool quiet, double converge) : on_(!quiet && isatty(STDERR_FILENO)), converge_(converge) {}
+ProgressLine::ProgressLine(bool quiet, double converge)
+    : on_(!quiet && isatty(STDERR_FILENO)), converge_(converge) {}
 
 void ProgressLine::show(const Progress& p) {
   using namespace std::chrono_literals;
@@ -39,9 +42,10 @@ void ProgressLine::show(const Progress& p) {
   // Unshot power falls about exponentially: on this scale the bar moves evenly.
   const double part = std::clamp(std::log(1 / p.unshot_relative) / std::log(1 / converge_), 0.0, 1.0);
   const int full = int(part * width);
-  std::string left = p.seconds_left < 0 ? "" : fmt::format(", about {:.0f} s left", std::ceil(p.seconds_left));
-  fmt::print(stderr, "\r\033[K[{}{}] {} shoots, {:.3g} % unshot, {:.1f} s{}", std::string(full, '#'), std::string(width - full, '.'),
-             p.shoots, 100 * p.unshot_relative, p.seconds, left);
+  std::string left =
+      p.seconds_left < 0 ? "" : fmt::format(", about {:.0f} s left", std::ceil(p.seconds_left));
+  fmt::print(stderr, "\r\033[K[{}{}] {} shoots, {:.3g} % unshot, {:.1f} s{}", std::string(full, '#'),
+             std::string(width - full, '.'), p.shoots, 100 * p.unshot_relative, p.seconds, left);
   std::fflush(stderr);
   drawn_ = true;
 }

@@ -20,18 +20,18 @@ RawArray::RawArray(Device& device, std::uint64_t bytes, std::string_view what)
   const std::uint64_t room = std::max<std::uint64_t>(bytes, 16);
   if (ledger_->held + room > ledger_->limit) {
     const auto left = ledger_->limit - std::min(ledger_->limit, ledger_->held);
-    throw DeviceError(fmt::format(
+    throw MemoryError(fmt::format(
         "too little memory for {}: it takes {}, {} of the {} allowed by --memory are left; use a coarser "
         "mesh or allow more",
         what, mebibytes(room), mebibytes(left), mebibytes(ledger_->limit)));
   }
   if (room > device.info().largest_buffer_bytes)
-    throw DeviceError(fmt::format("{} takes {} in one buffer; {} allows {}", what, mebibytes(room),
+    throw MemoryError(fmt::format("{} takes {} in one buffer; {} allows {}", what, mebibytes(room),
                                   device.info().name, mebibytes(device.info().largest_buffer_bytes)));
   try {
     buffer_ = cl::Buffer(device.context(), CL_MEM_READ_WRITE, room);
   } catch (const cl::Error& e) {
-    throw DeviceError(fmt::format("the device has no memory left for {}: {} (OpenCL error {})", what,
+    throw MemoryError(fmt::format("the device has no memory left for {}: {} (OpenCL error {})", what,
                                   mebibytes(room), e.err()));
   }
   ledger_->held += room;

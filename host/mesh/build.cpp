@@ -37,7 +37,7 @@ std::uint32_t levels(double length, double longest) {
 // Everything about one polygon while it is cut up.
 class PolygonCutter {
  public:
-  PolygonCutter(const Scene& scene, const FrameTransform& frame, std::uint32_t polygon, std::uint32_t plane,
+  PolygonCutter(const Scene& scene, const Frame& frame, std::uint32_t polygon, std::uint32_t plane,
                 Mesh& mesh)
       : polygon_(scene.polygons[polygon]), frame_(frame), index_(polygon), plane_(plane), mesh_(mesh) {
     // Cut in the frame: a scene far from the origin is cut to the same bits as one at the origin.
@@ -173,7 +173,7 @@ class PolygonCutter {
     e.patch = std::uint32_t(mesh_.patches.size());
     e.vertex.fill(0xffffffffu);
     glm::dvec3 p[4];
-    const double metres = frame_.metres_per_unit();
+    const double metres = frame_.metres();
     for (std::size_t k = 0; k < c.size(); ++k) e.vertex[k] = vertex(c[k]), p[k] = position(c[k]) * metres;
     if (c.size() == 3) {
       e.area_m2 = 0.5 * glm::length(glm::cross(p[1] - p[0], p[2] - p[0]));
@@ -195,7 +195,7 @@ class PolygonCutter {
   }
 
   const Polygon& polygon_;
-  const FrameTransform& frame_;
+  const Frame& frame_;
   std::array<glm::dvec3, 4> corner_;  // frame
   std::uint32_t index_, plane_;
   Mesh& mesh_;
@@ -205,7 +205,7 @@ class PolygonCutter {
 
 }  // namespace
 
-Mesh build_mesh(const Scene& scene, const FrameTransform& frame, std::span<const std::uint32_t> planes,
+Mesh build_mesh(const Scene& scene, const Frame& frame, std::span<const std::uint32_t> planes,
                 const MeshOptions& options) {
   glm::dvec3 low(INFINITY), high(-INFINITY);
   for (const auto& polygon : scene.polygons)
@@ -223,7 +223,7 @@ Mesh build_mesh(const Scene& scene, const FrameTransform& frame, std::span<const
   return mesh;
 }
 
-std::vector<OccluderTriangle> occluder_triangles(const Scene& scene, const FrameTransform& frame,
+std::vector<OccluderTriangle> occluder_triangles(const Scene& scene, const Frame& frame,
                                                  std::span<const std::uint32_t> planes) {
   std::vector<OccluderTriangle> triangles;
   for (std::uint32_t p = 0; p < scene.polygons.size(); ++p) {

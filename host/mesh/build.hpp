@@ -11,11 +11,11 @@ namespace clrad {
 /// Cuts every polygon into patches no longer than patch_edge_m and each patch into a full quadtree of
 /// elements no longer than element_edge_m. `planes`: plane id per polygon. Throws UsageError when the mesh
 /// would pass 2^31 vertices.
-Mesh build_mesh(const Scene& scene, const FrameTransform& frame, std::span<const std::uint32_t> planes,
+Mesh build_mesh(const Scene& scene, const Frame& frame, std::span<const std::uint32_t> planes,
                 const MeshOptions& options);
 
 /// The original polygons as triangles (quads give two): visibility never sees the mesh.
-std::vector<OccluderTriangle> occluder_triangles(const Scene& scene, const FrameTransform& frame,
+std::vector<OccluderTriangle> occluder_triangles(const Scene& scene, const Frame& frame,
                                                  std::span<const std::uint32_t> planes);
 
 }  // namespace clrad

@@ -27,8 +27,10 @@ Gatherer::Gatherer(Device& device, const Mesh& mesh)
 }
 
 void Gatherer::gather(const RealArray& vertex_values, RealArray& patch_values, std::uint64_t at) {
-  device_.run("mesh/gather.cl", "gather_elements", elements_, vertex_values, vertex_, weight_, element_values_, elements_);
-  device_.run("mesh/gather.cl", "gather_patches", patches_, element_values_, share_, first_element_, patch_values, at, patches_);
+  device_.run("mesh/gather.cl", "gather_elements", elements_, vertex_values, vertex_, weight_,
+              element_values_, elements_);
+  device_.run("mesh/gather.cl", "gather_patches", patches_, element_values_, share_, first_element_,
+              patch_values, at, patches_);
 }
 
 }  // namespace clrad

@@ -107,7 +107,7 @@ int add_positions(Asset& asset, const Solution& solution) {
   std::fill_n(high, 3, -std::numeric_limits<float>::infinity());
   for (const glm::dvec3& p : solution.mesh.position_m)
     for (int c = 0; c < 3; ++c) {
-      const float x = float(p[c] - solution.frame.centre_m[c]) + 0.0f;  // + 0: no negative zero
+      const float x = float(p[c] - solution.frame.centre[c]) + 0.0f;  // + 0: no negative zero
       positions.push_back(x);
       low[c] = std::min(low[c], x), high[c] = std::max(high[c], x);
     }
@@ -194,7 +194,7 @@ Asset build(const Solution& solution) {
   json["extensionsUsed"] = {"KHR_materials_unlit"};
   json["scene"] = 0;
   json["scenes"] = Json::array({{{"nodes", {0}}}});
-  const glm::dvec3& centre = solution.frame.centre_m;
+  const glm::dvec3& centre = solution.frame.centre;
   json["nodes"] =
       Json::array({{{"name", "radiosity"}, {"mesh", 0}, {"translation", {centre.x, centre.y, centre.z}}}});
 

@@ -8,7 +8,7 @@ namespace {
 constexpr std::size_t polygon_reals = 20;
 
 // The table of one polygon, see kernels/render/shade.cl.
-void describe(const Polygon& polygon, const FrameTransform& frame, Precision precision, double* out) {
+void describe(const Polygon& polygon, const Frame& frame, Precision precision, double* out) {
   glm::dvec3 c[4];
   for (std::uint32_t k = 0; k < polygon.corners; ++k) c[k] = frame.to_frame(polygon.corner[k]);
   const glm::dvec3 e1 = c[1] - c[0], e2 = c[polygon.corners - 1] - c[0];

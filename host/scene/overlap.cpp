@@ -9,7 +9,7 @@
 #include <limits>
 #include <map>
 
-#include "scene/frame.hpp"
+#include "clrad/frame.hpp"
 #include "scene/planes.hpp"
 
 namespace clrad {

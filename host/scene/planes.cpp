@@ -8,7 +8,7 @@
 #include <numeric>
 #include <unordered_map>
 
-#include "scene/frame.hpp"
+#include "clrad/frame.hpp"
 
 namespace clrad {
 namespace {

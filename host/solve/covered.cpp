@@ -17,7 +17,8 @@ std::vector<float> probe_directions() {
   std::vector<float> directions;
   for (std::uint32_t k = 0; k < probes; ++k) {
     const double r2 = (k + 0.5) / probes, r = std::sqrt(r2), phi = golden_angle * k;
-    directions.insert(directions.end(), {float(r * std::cos(phi)), float(r * std::sin(phi)), float(std::sqrt(1 - r2))});
+    directions.insert(directions.end(),
+                      {float(r * std::cos(phi)), float(r * std::sin(phi)), float(std::sqrt(1 - r2))});
   }
   return directions;
 }
@@ -36,9 +37,11 @@ std::vector<glm::dvec3> outline(const Mesh& mesh, const PolygonMesh& polygon, st
   std::vector<glm::dvec3> result;
   const std::uint32_t n = polygon.cells_u, m = polygon.cells_v, v0 = polygon.first_vertex;
   if (corners == 4)
-    for (const std::uint32_t v : {0u, n, m * (n + 1) + n, m * (n + 1)}) result.push_back(mesh.receivers[v0 + v].position);
+    for (const std::uint32_t v : {0u, n, m * (n + 1) + n, m * (n + 1)})
+      result.push_back(mesh.receivers[v0 + v].position);
   else
-    for (const std::uint32_t v : {0u, n, polygon.vertices - 1}) result.push_back(mesh.receivers[v0 + v].position);
+    for (const std::uint32_t v : {0u, n, polygon.vertices - 1})
+      result.push_back(mesh.receivers[v0 + v].position);
   return result;
 }
 
@@ -58,7 +61,8 @@ std::vector<std::uint32_t> overlaid_vertices(const Scene& scene, const Mesh& mes
     if (members.size() < 2) continue;
     std::vector<Outline> outlines;
     for (const std::uint32_t p : members) {
-      Outline o{outline(mesh, mesh.polygons[p], scene.polygons[p].corners), scene.polygons[p].normal(), glm::dvec3(INFINITY), glm::dvec3(-INFINITY)};
+      Outline o{outline(mesh, mesh.polygons[p], scene.polygons[p].corners), scene.polygons[p].normal(),
+                glm::dvec3(INFINITY), glm::dvec3(-INFINITY)};
       for (const auto& c : o.corner) o.low = glm::min(o.low, c), o.high = glm::max(o.high, c);
       outlines.push_back(std::move(o));
     }
@@ -77,7 +81,8 @@ std::vector<std::uint32_t> overlaid_vertices(const Scene& scene, const Mesh& mes
 }
 
 std::vector<std::uint8_t> covered_vertices(Device& device, const Scene& scene, const Mesh& mesh,
-                                           const std::vector<OccluderTriangle>& triangles, VisibilityEngine& engine,
+                                           const std::vector<OccluderTriangle>& triangles,
+                                           VisibilityEngine& engine,
                                            const std::vector<std::uint32_t>& overlaid) {
   const auto stage = device.stage("find vertices that something covers");
   const std::uint32_t vertices = mesh.vertex_count();
@@ -90,12 +95,14 @@ std::vector<std::uint8_t> covered_vertices(Device& device, const Scene& scene, c
   const Array<float> normal(device, normals, "triangle normals");
   Array<std::uint32_t> covered(device, vertices, "covered vertices");
   const std::uint32_t batch = std::min(vertices, batch_vertices);
-  PointArray origins(device, std::uint64_t(batch) * probes, "probe rays"), ends(device, std::uint64_t(batch) * probes, "probe rays");
+  PointArray origins(device, std::uint64_t(batch) * probes, "probe rays"),
+      ends(device, std::uint64_t(batch) * probes, "probe rays");
   Array<std::uint32_t> hit(device, std::uint64_t(batch) * probes, "probe hits");
   Array<float> t(device, std::uint64_t(batch) * probes, "probe hits");
   for (std::uint32_t first = 0; first < vertices; first += batch) {
     const std::uint32_t count = std::min(batch, vertices - first);
-    device.run("solve/covered.cl", "probe_rays", std::uint64_t(count) * probes, receivers, direction, origins, ends, first, count);
+    device.run("solve/covered.cl", "probe_rays", std::uint64_t(count) * probes, receivers, direction, origins,
+               ends, first, count);
     const Segments rays{&origins, nullptr, count * probes, &ends, 0};
     engine.intersect_closest(rays, hit, t);
     device.run("solve/covered.cl", "probe_verdict", count, origins, ends, hit, normal, covered, first, count);

@@ -15,7 +15,8 @@ std::vector<std::uint32_t> overlaid_vertices(const Scene& scene, const Mesh& mes
 /// 1 where the vertex is overlaid, or where each of 16 rays over its hemisphere meets the back of a surface first: it
 /// lies under or inside a solid. Only used to draw: what is inside is dark because the solid's backs are opaque.
 std::vector<std::uint8_t> covered_vertices(Device& device, const Scene& scene, const Mesh& mesh,
-                                           const std::vector<OccluderTriangle>& triangles, VisibilityEngine& engine,
+                                           const std::vector<OccluderTriangle>& triangles,
+                                           VisibilityEngine& engine,
                                            const std::vector<std::uint32_t>& overlaid);
 
 }  // namespace clrad

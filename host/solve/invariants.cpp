@@ -12,11 +12,13 @@ namespace {
 // defect: both are discretisation, so these are limits of usefulness, not of rounding.
 constexpr double energy_allowed = 0.05, reciprocity_allowed = 0.1;
 
-void report(const SolveState& state, Solution& solution, const std::string& name, double worst, double allowed, const std::string& meaning) {
+void report(const SolveState& state, Solution& solution, const std::string& name, double worst,
+            double allowed, const std::string& meaning) {
   const bool holds = worst <= allowed;  // false for NaN
   solution.report.invariants.push_back({name, worst, allowed, holds});
   if (holds) return;
-  const std::string message = fmt::format("{}: {} is {:.3g}, more than {:.3g}", name, meaning, worst, allowed);
+  const std::string message =
+      fmt::format("{}: {} is {:.3g}, more than {:.3g}", name, meaning, worst, allowed);
   if (state.options.strict) throw DeviceError(message + " (--strict)");
   solution.report.warnings.push_back(message);
 }
@@ -67,7 +69,8 @@ void check_invariants(SolveState& state, Solution& solution) {
   for (std::uint32_t s = 0; s < slots; s += stride)
     for (std::uint32_t t = 0; t < s; t += stride) {
       const std::uint32_t i = state.patch_of_slot[s], j = state.patch_of_slot[t];
-      const double ij = state.mesh.patches[i].area_m2 * sampled[t][i], ji = state.mesh.patches[j].area_m2 * sampled[s][j];
+      const double ij = state.mesh.patches[i].area_m2 * sampled[t][i],
+                   ji = state.mesh.patches[j].area_m2 * sampled[s][j];
       asymmetry += std::abs(ij - ji);
       exchanged += 0.5 * (ij + ji);
     }
@@ -76,8 +79,10 @@ void check_invariants(SolveState& state, Solution& solution) {
     report(state, solution, "reciprocity", asymmetry / exchanged, reciprocity_allowed,
            "sum |A_i F_ij - A_j F_ji| / sum A_i F_ij over a sample of patches");
   double most = 0, defect = 0;
-  for (std::uint32_t p = 0; p < state.patches; ++p) most = std::max(most, row[p]), defect = std::max(defect, std::abs(1 - row[p]));
-  report(state, solution, "row-sum-at-most-one", most - 1, 0.02 + rounding, "the most a row sum of form factors exceeds 1");
+  for (std::uint32_t p = 0; p < state.patches; ++p)
+    most = std::max(most, row[p]), defect = std::max(defect, std::abs(1 - row[p]));
+  report(state, solution, "row-sum-at-most-one", most - 1, 0.02 + rounding,
+         "the most a row sum of form factors exceeds 1");
   if (solution.report.energy.closed && slots == state.patches)
     report(state, solution, "closed-row-sum", defect, 0.05, "the worst |1 - row sum| of a closed scene");
   if (solution.report.energy.closed)

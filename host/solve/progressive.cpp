@@ -5,10 +5,10 @@
 #include <chrono>
 #include <cmath>
 
+#include "clrad/frame.hpp"
 #include "clrad/primitives.hpp"
 #include "clrad/solver.hpp"
 #include "mesh/build.hpp"
-#include "scene/frame.hpp"
 #include "scene/planes.hpp"
 #include "solve/covered.hpp"
 #include "solve/invariants.hpp"
@@ -18,8 +18,13 @@
 namespace clrad {
 namespace {
 
+// Triangles up to which testing all of them beats chopping rays into voxels (`./run bench visibility`).
+constexpr std::size_t small_scene = 2000;
+
 using Clock = std::chrono::steady_clock;
-double since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+double since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
 
 // The patch with the most unshot power, and how much all of them have, in float on the device.
 struct Brightest {
@@ -28,8 +33,8 @@ struct Brightest {
 };
 Brightest select(SolveState& state) {
   const auto stage = state.device.stage("select the patch with the most unshot power");
-  state.device.run("solve/select.cl", "unshot_power", state.patches, state.unshot, state.patch_area, state.power, state.patches,
-                   state.bands);
+  state.device.run("solve/select.cl", "unshot_power", state.patches, state.unshot, state.patch_area,
+                   state.power, state.patches, state.bands);
   const ArgMax best = argmax_float(state.device, state.power.buffer(), state.patches);
   const double unshot = reduce_sum_float(state.device, state.power.buffer(), state.patches);
   return {best.index, state.emitted_power > 0 ? unshot / state.emitted_power : 0};
@@ -62,9 +67,12 @@ bool shoot_until_converged(SolveState& state, Clock::time_point start, double& u
 }
 
 void check_options(const SolveOptions& o) {
-  if (!(o.converge > 0 && o.converge < 1)) throw UsageError(fmt::format("--converge {} is not between 0 and 1", o.converge));
-  if (o.samples == 0 || o.samples > 4096) throw UsageError(fmt::format("--samples {} is not between 1 and 4096", o.samples));
-  if (o.mesh.patch_edge_m < 0 || o.mesh.element_edge_m < 0 || !std::isfinite(o.mesh.patch_edge_m) || !std::isfinite(o.mesh.element_edge_m))
+  if (!(o.converge > 0 && o.converge < 1))
+    throw UsageError(fmt::format("--converge {} is not between 0 and 1", o.converge));
+  if (o.samples == 0 || o.samples > 4096)
+    throw UsageError(fmt::format("--samples {} is not between 1 and 4096", o.samples));
+  if (o.mesh.patch_edge_m < 0 || o.mesh.element_edge_m < 0 || !std::isfinite(o.mesh.patch_edge_m) ||
+      !std::isfinite(o.mesh.element_edge_m))
     throw UsageError("--patch-edge and --element-edge are lengths in metres and cannot be negative");
 }
 
@@ -74,7 +82,8 @@ std::uint64_t host_peak_bytes() {
   return std::uint64_t(usage.ru_maxrss) * 1024;
 }
 
-void write_down_options(const Device& device, const SolveOptions& o, const Mesh& mesh, const std::string& engine, Report& report) {
+void write_down_options(const Device& device, const SolveOptions& o, const Mesh& mesh,
+                        const std::string& engine, Report& report) {
   const char* estimators[] = {"disk", "subdisk", "exact"};
   report.options = {
       {"engine", engine},
@@ -101,13 +110,14 @@ Solution solve(Device& device, const Scene& scene, const SolveOptions& options) 
   Solution solution;
   solution.scene = scene;
   solution.bands = std::uint32_t(scene.bands.size());
-  const Frame frame = frame_of(scene);
-  solution.frame = {frame.centre, frame.exponent};
+  solution.frame = frame_of(scene);
   const std::vector<std::uint32_t> planes = plane_ids(scene);
   solution.mesh = build_mesh(scene, solution.frame, planes, options.mesh);
   const auto triangles = occluder_triangles(scene, solution.frame, planes);
 
-  const std::string engine_name = options.engine == "auto" ? "chop" : options.engine;
+  const std::string engine_name = options.engine != "auto"          ? options.engine
+                                  : triangles.size() <= small_scene ? "serial"
+                                                                    : "chop";
   std::unique_ptr<VisibilityEngine> engine;
   {
     const auto stage = device.stage("build the grid of occluders");
@@ -116,7 +126,8 @@ Solution solve(Device& device, const Scene& scene, const SolveOptions& options) 
   const auto overlaid = overlaid_vertices(scene, solution.mesh);
   solution.vertex_covered = covered_vertices(device, scene, solution.mesh, triangles, *engine, overlaid);
 
-  SolveState state(device, scene, solution.mesh, solution.bands, *engine, options, overlaid, solution.frame.metres_per_unit());
+  SolveState state(device, scene, solution.mesh, solution.bands, *engine, options, overlaid,
+                   solution.frame.metres());
   solution.report.seconds.build = since(start);
   const auto shooting = Clock::now();
   solution.stopped = !shoot_until_converged(state, shooting, solution.unshot_relative);
@@ -130,7 +141,8 @@ Solution solve(Device& device, const Scene& scene, const SolveOptions& options) 
   report.shoots = state.shoots;
   report.reshoots = state.reshoots;
   const VisibilityCounts counts = engine->counts();
-  report.rays = counts.rays, report.pieces = counts.pieces, report.candidates = counts.candidates, report.exact_tests = counts.exact;
+  report.rays = counts.rays, report.pieces = counts.pieces, report.candidates = counts.candidates,
+  report.exact_tests = counts.exact;
   report.device = device.info();
   write_down_options(device, options, solution.mesh, engine_name, report);
   account_energy(state, solution);

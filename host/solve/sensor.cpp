@@ -23,7 +23,8 @@ struct Nodes {
   std::vector<std::uint32_t> first_element;
 };
 
-void add_node(Nodes& nodes, std::uint32_t corners, const glm::dvec3* corner, const glm::dvec3& normal, double area, std::uint32_t plane) {
+void add_node(Nodes& nodes, std::uint32_t corners, const glm::dvec3* corner, const glm::dvec3& normal,
+              double area, std::uint32_t plane) {
   Shooter shooter;
   shooter.corners = corners;
   for (std::uint32_t k = 0; k < 4; ++k) {
@@ -42,17 +43,19 @@ Nodes make_nodes(const Solution& solution, std::span<const std::uint32_t> planes
   Nodes nodes;
   const Mesh& mesh = solution.mesh;
   const std::size_t patches = mesh.patches.size(), count = patches + mesh.elements.size();
-  const double unit = solution.frame.metres_per_unit();
+  const double unit = solution.frame.metres();
   nodes.radiosity.resize(count * solution.bands);
   nodes.brightness.resize(count);
   for (std::size_t p = 0; p < patches; ++p) {
     const Patch& patch = mesh.patches[p];
     const Polygon& polygon = solution.scene.polygons[patch.polygon];
     nodes.first_element.push_back(patch.first_element);
-    add_node(nodes, patch.corners, patch.corner.data(), polygon.normal(), patch.area_m2 / (unit * unit), planes[patch.polygon]);
+    add_node(nodes, patch.corners, patch.corner.data(), polygon.normal(), patch.area_m2 / (unit * unit),
+             planes[patch.polygon]);
     const Material& m = solution.scene.materials[polygon.material];
     for (std::uint32_t b = 0; b < solution.bands; ++b)
-      nodes.radiosity[b * count + p] = m.emitted_exitance[b] + m.reflectance[b] * solution.patch_irradiance[b * patches + p];
+      nodes.radiosity[b * count + p] =
+          m.emitted_exitance[b] + m.reflectance[b] * solution.patch_irradiance[b * patches + p];
   }
   nodes.first_element.push_back(std::uint32_t(mesh.elements.size()));
   for (std::size_t e = 0; e < mesh.elements.size(); ++e) {
@@ -60,8 +63,10 @@ Nodes make_nodes(const Solution& solution, std::span<const std::uint32_t> planes
     const std::uint32_t polygon = mesh.patches[element.patch].polygon;
     const std::uint32_t corners = element.vertex[3] == 0xffffffffu ? 3 : 4;
     glm::dvec3 corner[4];
-    for (std::uint32_t k = 0; k < corners; ++k) corner[k] = solution.frame.to_frame(mesh.position_m[element.vertex[k]]);
-    add_node(nodes, corners, corner, solution.scene.polygons[polygon].normal(), element.area_m2 / (unit * unit), planes[polygon]);
+    for (std::uint32_t k = 0; k < corners; ++k)
+      corner[k] = solution.frame.to_frame(mesh.position_m[element.vertex[k]]);
+    add_node(nodes, corners, corner, solution.scene.polygons[polygon].normal(),
+             element.area_m2 / (unit * unit), planes[polygon]);
     for (std::uint32_t b = 0; b < solution.bands; ++b) {
       double& radiosity = nodes.radiosity[b * count + patches + e];
       for (std::uint32_t k = 0; k < corners; ++k)
@@ -74,7 +79,8 @@ Nodes make_nodes(const Solution& solution, std::span<const std::uint32_t> planes
 }
 
 // A sensor within the grid's rounding of a polygon that faces its way lies on it, and ignores its plane.
-std::uint32_t plane_under(const Solution& solution, std::span<const std::uint32_t> planes, const glm::dvec3& position, const glm::dvec3& normal) {
+std::uint32_t plane_under(const Solution& solution, std::span<const std::uint32_t> planes,
+                          const glm::dvec3& position, const glm::dvec3& normal) {
   const double touching = std::ldexp(1.0, -34);
   for (std::size_t p = 0; p < solution.scene.polygons.size(); ++p) {
     const Polygon& polygon = solution.scene.polygons[p];
@@ -99,8 +105,9 @@ void grow(ArrayType& array, Device& device, std::uint64_t count, const char* wha
 
 }  // namespace
 
-std::vector<SensorResult> gather_at_sensors(Device& device, const Solution& solution, std::span<const std::uint32_t> planes,
-                                            VisibilityEngine& engine, const SolveOptions& options) {
+std::vector<SensorResult> gather_at_sensors(Device& device, const Solution& solution,
+                                            std::span<const std::uint32_t> planes, VisibilityEngine& engine,
+                                            const SolveOptions& options) {
   if (options.sensors.empty()) return {};
   const auto stage = device.stage("gather at sensors");
   std::vector<Point> points;
@@ -113,51 +120,60 @@ std::vector<SensorResult> gather_at_sensors(Device& device, const Solution& solu
   const auto node_count = std::uint32_t(nodes.brightness.size());
   const auto sensors = std::uint32_t(points.size());
   const PointArray sensor(device, points, "sensors"), corners(device, nodes.corners, "node corners");
-  const RealArray shooters(device, nodes.shooters, "nodes"), radiosity(device, nodes.radiosity, "node radiosity"),
+  const RealArray shooters(device, nodes.shooters, "nodes"),
+      radiosity(device, nodes.radiosity, "node radiosity"),
       brightness(device, nodes.brightness, "node brightness");
   const Array<std::uint32_t> first_element(device, nodes.first_element, "patch segments");
   RealArray irradiance(device, std::uint64_t(sensors) * solution.bands, "sensor irradiance");
   RealArray error(device, std::uint64_t(sensors) * solution.bands, "sensor errors");
 
   // Rays dominate: origins, ends, kernel, mask and owners take some 150 bytes each, pairs less.
-  const std::uint64_t room = (device.ledger()->limit - std::min(device.ledger()->limit, device.ledger()->held)) / 4;
+  const std::uint64_t room =
+      (device.ledger()->limit - std::min(device.ledger()->limit, device.ledger()->held)) / 4;
   const std::uint64_t per_sensor = (std::uint64_t(options.sensor_rays) + 4 * std::uint64_t(patches)) * 300;
-  const auto batch = std::uint32_t(std::clamp<std::uint64_t>(room / per_sensor, 1, std::min<std::uint64_t>(sensors, (1u << 30) / patches)));
+  const auto batch = std::uint32_t(std::clamp<std::uint64_t>(
+      room / per_sensor, 1, std::min<std::uint64_t>(sensors, (1u << 30) / patches)));
 
-  Array<std::uint32_t> counts(device, std::uint64_t(batch) * patches, "nodes of sensors"), segments(device, batch + 1, "sensor segments");
+  Array<std::uint32_t> counts(device, std::uint64_t(batch) * patches, "nodes of sensors"),
+      segments(device, batch + 1, "sensor segments");
   Array<float> total(device, batch, "sensor totals"), weight;
   Array<std::uint32_t> node, ray_counts, masks;
   RealArray factor, visible, variance, kernel_of;
   PointArray origins, ends;
   for (std::uint32_t first = 0; first < sensors; first += batch) {
     const std::uint32_t count = std::min(batch, sensors - first);
-    device.run(file, "sensor_nodes", std::uint64_t(count) * patches, sensor, corners, first_element, brightness,
-               Real{near_diameters * near_diameters}, counts, first, count, patches);
-    const Allocation pairs = allocate(device, counts.buffer(), std::uint64_t(count) * patches, "pairs of sensor and node");
-    grow(node, device, pairs.total, "pairs"), grow(factor, device, pairs.total, "pairs"), grow(weight, device, pairs.total, "pairs");
-    grow(visible, device, pairs.total, "pairs"), grow(variance, device, pairs.total, "pairs"), grow(ray_counts, device, pairs.total, "pairs");
-    device.run(file, "sensor_factors", pairs.total, sensor, shooters, pairs.owner, pairs.rank, counts, first_element, brightness, node,
-               factor, weight, first, pairs.total, patches);
+    device.run(file, "sensor_nodes", std::uint64_t(count) * patches, sensor, corners, first_element,
+               brightness, Real{near_diameters * near_diameters}, counts, first, count, patches);
+    const Allocation pairs =
+        allocate(device, counts.buffer(), std::uint64_t(count) * patches, "pairs of sensor and node");
+    grow(node, device, pairs.total, "pairs"), grow(factor, device, pairs.total, "pairs"),
+        grow(weight, device, pairs.total, "pairs");
+    grow(visible, device, pairs.total, "pairs"), grow(variance, device, pairs.total, "pairs"),
+        grow(ray_counts, device, pairs.total, "pairs");
+    device.run(file, "sensor_factors", pairs.total, sensor, shooters, pairs.owner, pairs.rank, counts,
+               first_element, brightness, node, factor, weight, first, pairs.total, patches);
     device.run(file, "sensor_segments", count + 1, pairs.offsets, segments, count, patches);
     segmented_reduce_sum(device, weight.buffer(), segments.buffer(), total.buffer(), count);
-    device.run(file, "sensor_ray_counts", pairs.total, pairs.owner, weight, total, float(options.sensor_rays), ray_counts, pairs.total,
-               patches);
+    device.run(file, "sensor_ray_counts", pairs.total, pairs.owner, weight, total, float(options.sensor_rays),
+               ray_counts, pairs.total, patches);
     const Allocation rays = allocate(device, ray_counts.buffer(), pairs.total, "rays of sensors");
     grow(origins, device, rays.total, "sensor rays"), grow(ends, device, rays.total, "sensor rays");
     grow(kernel_of, device, rays.total, "sensor rays"), grow(masks, device, rays.total, "sensor rays");
-    device.run(file, "sensor_rays", rays.total, sensor, corners, pairs.owner, node, rays.owner, rays.rank, origins, ends, kernel_of,
-               first, rays.total, patches, std::uint32_t(options.seed));
+    device.run(file, "sensor_rays", rays.total, sensor, corners, pairs.owner, node, rays.owner, rays.rank,
+               origins, ends, kernel_of, first, rays.total, patches, std::uint32_t(options.seed));
     engine.occluded({&origins, nullptr, rays.total, &ends, 0}, masks);
-    device.run(file, "sensor_visible", pairs.total, rays.offsets, kernel_of, masks, factor, visible, variance, pairs.total);
-    device.run(file, "sensor_sum", std::uint64_t(count) * solution.bands, pairs.offsets, node, visible, variance, radiosity, irradiance,
-               error, first, count, patches, node_count, solution.bands);
+    device.run(file, "sensor_visible", pairs.total, rays.offsets, kernel_of, masks, factor, visible, variance,
+               pairs.total);
+    device.run(file, "sensor_sum", std::uint64_t(count) * solution.bands, pairs.offsets, node, visible,
+               variance, radiosity, irradiance, error, first, count, patches, node_count, solution.bands);
   }
 
   const auto h = irradiance.download(), e = error.download();
   std::vector<SensorResult> results;
   for (std::uint32_t s = 0; s < sensors; ++s) {
     const auto at = std::ptrdiff_t(s) * solution.bands;
-    results.push_back({options.sensors[s].position_m, glm::normalize(options.sensors[s].normal),
+    results.push_back({options.sensors[s].position_m,
+                       glm::normalize(options.sensors[s].normal),
                        {h.begin() + at, h.begin() + at + solution.bands},
                        {e.begin() + at, e.begin() + at + solution.bands}});
   }

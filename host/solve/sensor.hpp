@@ -14,7 +14,8 @@ namespace clrad {
 /// contribution. The error is one standard error of the visibility sampling.
 /// `solution` needs scene, mesh, frame, vertex and patch irradiance. Sensors lie in no plane of the scene unless they are
 /// within the snapping grid of a polygon that faces their way.
-std::vector<SensorResult> gather_at_sensors(Device& device, const Solution& solution, std::span<const std::uint32_t> planes,
-                                            VisibilityEngine& engine, const SolveOptions& options);
+std::vector<SensorResult> gather_at_sensors(Device& device, const Solution& solution,
+                                            std::span<const std::uint32_t> planes, VisibilityEngine& engine,
+                                            const SolveOptions& options);
 
 }  // namespace clrad

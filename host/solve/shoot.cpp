@@ -17,7 +17,8 @@ void grow(ArrayType& array, Device& device, std::uint64_t count, const char* wha
 std::uint32_t emit(SolveState& state, const Shooter& shooter) {
   const auto stage = state.device.stage("emit rays to the receivers that face the shooter");
   facing(state.device, shooter, state.receivers, state.vertices, state.facing);
-  state.device.run("solve/emit.cl", "drop_overlaid", state.vertices, state.facing, state.overlaid, state.vertices);
+  state.device.run("solve/emit.cl", "drop_overlaid", state.vertices, state.facing, state.overlaid,
+                   state.vertices);
   return compact(state.device, state.facing.buffer(), state.vertices, state.active.buffer());
 }
 
@@ -29,30 +30,32 @@ void find_occluded(SolveState& state, const PointArray& samples, std::uint32_t n
 }
 
 // state.column = form factor x visible fraction at every receiver; 0 where nothing arrives.
-void weigh(SolveState& state, const Shooter& shooter, const PointArray& samples, std::uint32_t n, std::uint32_t receivers) {
+void weigh(SolveState& state, const Shooter& shooter, const PointArray& samples, std::uint32_t n,
+           std::uint32_t receivers) {
   const auto stage = state.device.stage("weigh form factors by what is visible");
   state.column.fill_zero();
-  form_factors(state.device, state.options.estimator, shooter, state.receivers, &state.active, receivers, samples, n, state.factors);
-  visible_factors(state.device, state.engine, state.options.estimator, shooter, state.receivers, &state.active, receivers, samples, n,
-                  state.masks, state.factors, state.column);
+  form_factors(state.device, state.options.estimator, shooter, state.receivers, &state.active, receivers,
+               samples, n, state.factors);
+  visible_factors(state.device, state.engine, state.options.estimator, shooter, state.receivers,
+                  &state.active, receivers, samples, n, state.masks, state.factors, state.column);
 }
 
 // The column of one patch, from nothing, into state.column.
 void trace_column(SolveState& state, std::uint32_t patch) {
   const Shooter shooter = shooter_of(state.scene, state.mesh, patch, state.metres_per_unit);
   const std::uint32_t n = samples_of(state, patch);
-  // Common to all receivers of this shooter, new for the next: errors do not add up over shooters.
-  const PointArray samples(state.device, stratified_samples(shooter, n, state.options.seed + 0x9e3779b97f4a7c15u * (patch + 1)),
+  const PointArray samples(state.device, samples_on(shooter, patch, n, state.options.seed),
                            "samples on the shooter");
   const std::uint32_t receivers = emit(state, shooter);
   find_occluded(state, samples, n, receivers);
   weigh(state, shooter, samples, n, receivers);
 }
 
-void deliver_to_vertices(SolveState& state, const RealArray& column, const RealArray& shot, std::uint32_t stride, std::uint32_t at) {
+void deliver_to_vertices(SolveState& state, const RealArray& column, const RealArray& shot,
+                         std::uint32_t stride, std::uint32_t at) {
   const auto stage = state.device.stage("deliver light to the vertices");
-  state.device.run(deliver, "deliver_to_vertices", state.vertices, column, shot, stride, at, state.vertex_irradiance,
-                   state.vertex_irradiance_lost, state.vertices, state.bands);
+  state.device.run(deliver, "deliver_to_vertices", state.vertices, column, shot, stride, at,
+                   state.vertex_irradiance, state.vertex_irradiance_lost, state.vertices, state.bands);
 }
 
 void gather_column(SolveState& state, std::uint32_t slot) {
@@ -62,9 +65,9 @@ void gather_column(SolveState& state, std::uint32_t slot) {
 
 void account(SolveState& state, std::uint32_t slot) {
   const auto stage = state.device.stage("account for what is absorbed and unshot");
-  state.device.run(deliver, "deliver_to_patches", state.patches, state.patch_columns, std::uint64_t(slot) * state.patches, state.shot,
-                   state.patch_rho, state.patch_irradiance, state.patch_irradiance_lost, state.unshot, state.unshot_lost,
-                   state.patches, state.bands);
+  state.device.run(deliver, "deliver_to_patches", state.patches, state.patch_columns,
+                   std::uint64_t(slot) * state.patches, state.shot, state.patch_rho, state.patch_irradiance,
+                   state.patch_irradiance_lost, state.unshot, state.unshot_lost, state.patches, state.bands);
 }
 
 void keep_column(SolveState& state) {
@@ -78,8 +81,8 @@ void keep_column(SolveState& state) {
 void shoot(SolveState& state, std::uint32_t patch) {
   trace_column(state, patch);
   const std::uint32_t slot = state.add_slot(patch);
-  state.device.run("solve/select.cl", "take_shot", state.bands, state.unshot, state.unshot_lost, state.total_shot, state.shot, patch,
-                   state.patches, state.bands);
+  state.device.run("solve/select.cl", "take_shot", state.bands, state.unshot, state.unshot_lost,
+                   state.total_shot, state.shot, patch, state.patches, state.bands);
   deliver_to_vertices(state, state.column, state.shot, 1, 0);
   gather_column(state, slot);
   account(state, slot);
@@ -91,11 +94,12 @@ void reshoot_kept(SolveState& state) {
   const auto stage = state.device.stage("shoot again from kept columns");
   const auto slots = std::uint32_t(state.patch_of_slot.size());
   grow(state.shot_by_slot, state.device, std::uint64_t(state.bands) * slots, "shots by slot");
-  state.device.run("solve/select.cl", "take_shots", state.patches, state.unshot, state.unshot_lost, state.total_shot, state.pending,
-                   state.slot_of_patch_device, state.shot_by_slot, slots, state.patches, state.bands);
-  state.device.run(deliver, "deliver_kept", std::uint64_t(state.patches) * state.bands, state.patch_columns, state.patches,
-                   state.shot_by_slot, slots, state.patch_rho, state.patch_irradiance, state.patch_irradiance_lost, state.unshot,
-                   state.unshot_lost, state.patches, state.bands);
+  state.device.run("solve/select.cl", "take_shots", state.patches, state.unshot, state.unshot_lost,
+                   state.total_shot, state.pending, state.slot_of_patch_device, state.shot_by_slot, slots,
+                   state.patches, state.bands);
+  state.device.run(deliver, "deliver_kept", std::uint64_t(state.patches) * state.bands, state.patch_columns,
+                   state.patches, state.shot_by_slot, slots, state.patch_rho, state.patch_irradiance,
+                   state.patch_irradiance_lost, state.unshot, state.unshot_lost, state.patches, state.bands);
   state.reshoots += slots;
 }
 
@@ -104,7 +108,8 @@ void deliver_pending(SolveState& state) {
   for (std::uint32_t slot = 0; slot < state.patch_of_slot.size(); ++slot) {
     const std::uint32_t patch = state.patch_of_slot[slot];
     bool any = false;
-    for (std::uint32_t b = 0; b < state.bands; ++b) any |= pending[std::size_t(b) * state.patches + patch] != 0;
+    for (std::uint32_t b = 0; b < state.bands; ++b)
+      any |= pending[std::size_t(b) * state.patches + patch] != 0;
     if (!any) continue;
     const RealArray* column = state.vertex_columns[slot].get();
     if (!column) trace_column(state, patch), column = &state.column;

@@ -24,4 +24,10 @@ std::uint32_t samples_of(const SolveState& state, std::uint32_t patch) {
   return n;
 }
 
+std::vector<Point> samples_on(const Shooter& shooter, std::uint32_t patch, std::uint32_t n,
+                              std::uint64_t seed) {
+  constexpr std::uint64_t golden_ratio = 0x9e3779b97f4a7c15u;
+  return stratified_samples(shooter, n, seed + golden_ratio * (patch + 1));
+}
+
 }  // namespace clrad

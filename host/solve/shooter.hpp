@@ -12,4 +12,8 @@ Shooter shooter_of(const Scene& scene, const Mesh& mesh, std::uint32_t patch, do
 /// scene's emitted power, so that shadows of bright sources do not show as steps.
 std::uint32_t samples_of(const SolveState& state, std::uint32_t patch);
 
+/// The samples themselves: common to all receivers of this shooter and new for the next, so that errors do not add up.
+std::vector<Point> samples_on(const Shooter& shooter, std::uint32_t patch, std::uint32_t n,
+                              std::uint64_t seed);
+
 }  // namespace clrad

@@ -5,8 +5,9 @@
 
 namespace clrad {
 
-SolveState::SolveState(Device& device_, const Scene& scene_, const Mesh& mesh_, std::uint32_t bands_, VisibilityEngine& engine_,
-                       const SolveOptions& options_, const std::vector<std::uint32_t>& overlaid_, double metres_per_unit_)
+SolveState::SolveState(Device& device_, const Scene& scene_, const Mesh& mesh_, std::uint32_t bands_,
+                       VisibilityEngine& engine_, const SolveOptions& options_,
+                       const std::vector<std::uint32_t>& overlaid_, double metres_per_unit_)
     : device(device_),
       scene(scene_),
       mesh(mesh_),
@@ -51,18 +52,20 @@ SolveState::SolveState(Device& device_, const Scene& scene_, const Mesh& mesh_, 
   patch_area.upload(area);
   patch_rho.upload(rho);
   unshot.upload(emitted);
-  for (RealArray* a : {&unshot_lost, &patch_irradiance, &patch_irradiance_lost, &total_shot, &pending, &vertex_irradiance,
-                       &vertex_irradiance_lost})
+  for (RealArray* a : {&unshot_lost, &patch_irradiance, &patch_irradiance_lost, &total_shot, &pending,
+                       &vertex_irradiance, &vertex_irradiance_lost})
     a->fill_zero();
   // Half of what is left is for columns; the engine's rays and the outputs need the rest.
-  column_budget_bytes_ = (device.ledger()->limit - std::min(device.ledger()->limit, device.ledger()->held)) / 2;
+  column_budget_bytes_ =
+      (device.ledger()->limit - std::min(device.ledger()->limit, device.ledger()->held)) / 2;
 }
 
 std::uint32_t SolveState::add_slot(std::uint32_t patch) {
   const auto slot = std::uint32_t(patch_of_slot.size());
   const std::uint64_t row = patch_irradiance.bytes() / bands;
   if ((slot + 1) * row > patch_columns.bytes()) {
-    const std::uint64_t rows = std::min<std::uint64_t>(patches, std::max<std::uint64_t>(64, 2 * std::uint64_t(slot)));
+    const std::uint64_t rows =
+        std::min<std::uint64_t>(patches, std::max<std::uint64_t>(64, 2 * std::uint64_t(slot)));
     RealArray more(device, rows * patches, "patch columns");
     device.copy(patch_columns.buffer(), more.buffer(), slot * row);
     device.finish();

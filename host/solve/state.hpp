@@ -17,8 +17,9 @@ namespace clrad {
 /// irradiances in W/m^2.
 class SolveState {
  public:
-  SolveState(Device& device, const Scene& scene, const Mesh& mesh, std::uint32_t bands, VisibilityEngine& engine,
-             const SolveOptions& options, const std::vector<std::uint32_t>& overlaid, double metres_per_unit);
+  SolveState(Device& device, const Scene& scene, const Mesh& mesh, std::uint32_t bands,
+             VisibilityEngine& engine, const SolveOptions& options,
+             const std::vector<std::uint32_t>& overlaid, double metres_per_unit);
 
   Device& device;
   const Scene& scene;
@@ -32,23 +33,23 @@ class SolveState {
   Array<std::uint32_t> overlaid;
   Gatherer gatherer;
 
-  RealArray patch_area, patch_rho;               ///< [patch], [band][patch]
-  RealArray unshot, unshot_lost;                 ///< [band][patch]
+  RealArray patch_area, patch_rho;  ///< [patch], [band][patch]
+  RealArray unshot, unshot_lost;    ///< [band][patch]
   RealArray patch_irradiance, patch_irradiance_lost;
-  RealArray total_shot, pending;                 ///< ever shot; shot but not yet delivered to the vertices
+  RealArray total_shot, pending;  ///< ever shot; shot but not yet delivered to the vertices
   RealArray vertex_irradiance, vertex_irradiance_lost;
-  RealArray shot, shot_by_slot;                  ///< [band] the shot under way; [band][slot] of a re-shoot
-  Array<float> power;                            ///< [patch], unshot power
+  RealArray shot, shot_by_slot;                ///< [band] the shot under way; [band][slot] of a re-shoot
+  Array<float> power;                          ///< [patch], unshot power
   Array<std::uint32_t> facing, active, masks;  ///< scratch of one shoot
-  RealArray factors, column;                     ///< [receiver]
-  double emitted_power = 0;                      ///< sum over patches of area x |E| over bands [W]
+  RealArray factors, column;                   ///< [receiver]
+  double emitted_power = 0;                    ///< sum over patches of area x |E| over bands [W]
 
   // Kept columns. Patch columns are always kept: slot s holds F of its shooter to every patch. Vertex columns are kept
   // while their share of the memory lasts.
-  std::vector<std::uint32_t> slot_of_patch;      ///< 0xffffffff: never shot
+  std::vector<std::uint32_t> slot_of_patch;  ///< 0xffffffff: never shot
   std::vector<std::uint32_t> patch_of_slot;
   Array<std::uint32_t> slot_of_patch_device;
-  RealArray patch_columns;                       ///< [slot][patch]
+  RealArray patch_columns;                                 ///< [slot][patch]
   std::vector<std::unique_ptr<RealArray>> vertex_columns;  ///< by slot; null when not kept
   std::uint64_t shoots = 0, reshoots = 0;
 

@@ -1,5 +1,7 @@
 #include "visibility/chop.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <functional>
 #include <utility>
@@ -191,14 +193,21 @@ class Chop final : public ChopEngine {
         b.run = std::min(std::max(most / 32 * 32, 32u), run - b.first_sample);
         b.origins = 1;
       }
+      std::string trouble;
       try {
         batch_pieces_ = 0;
         batch_sums_.fill_zero();
         body(b);
         device_.run(file, "chop_fold", 3 * tally_items, 3 * tally_items, batch_sums_, sums_);
-      } catch (const Error&) {
+      } catch (const MemoryError& e) {
+        trouble = e.what();
+      } catch (const UsageError& e) {  // more pieces or pairs than 32 bits can number
+        trouble = e.what();
+      }
+      if (!trouble.empty()) {
         scratch_ = {};
-        if (b.rays() <= least_batch) throw;
+        if (b.rays() <= least_batch)
+          throw MemoryError(fmt::format("{} (tracing only {} rays at a time)", trouble, b.rays()));
         smaller_ = b.rays() / 2;
         continue;
       }

@@ -2,6 +2,7 @@
 #pragma once
 #include "clrad/device.hpp"
 #include "clrad/error.hpp"
+#include "clrad/frame.hpp"
 #include "clrad/mesh.hpp"
 #include "clrad/options.hpp"
 #include "clrad/output.hpp"

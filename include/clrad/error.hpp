@@ -19,6 +19,12 @@ class DeviceError : public Error {
   using Error::Error;
 };
 
+/// Memory ran out: the budget of --memory, or the device's own.
+class MemoryError : public DeviceError {
+ public:
+  using DeviceError::DeviceError;
+};
+
 /// An option that does not exist, is out of range or contradicts another. Exit code 2.
 class UsageError : public Error {
  public:

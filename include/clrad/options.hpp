@@ -31,17 +31,17 @@ struct Progress {
 
 struct SolveOptions {
   MeshOptions mesh;
-  std::string engine = "auto";  ///< auto, serial or chop
+  std::string engine =
+      "auto";  ///< serial, chop, or auto: serial up to 2000 triangles, where it is the faster of the two
   Estimator estimator = Estimator::exact;
   std::uint32_t samples = 16;         ///< rays from a receiver to a shooter
   std::uint32_t light_samples = 256;  ///< a shooter gets more than `samples` until one sample carries less
                                       ///< than 1/this of the emitted power
   double converge = 1e-3;             ///< stop when unshot / emitted power is below
   std::uint64_t seed = 1;
-  std::uint64_t batch_segments = 0;  ///< segments an engine handles at a time; 0: its own choice
   std::vector<Sensor> sensors;
-  std::uint32_t sensor_rays = 8192;   ///< rays from a sensor, shared out by what each surface brings
-  bool strict = false;                ///< a violated invariant is an error, not a warning
+  std::uint32_t sensor_rays = 8192;  ///< rays from a sensor, shared out by what each surface brings
+  bool strict = false;               ///< a violated invariant is an error, not a warning
   /// Called after every shoot; returning false stops the solve with a valid partial result.
   std::function<bool(const Progress&)> progress;
 };

@@ -14,10 +14,11 @@ enum class Op { sum, min, max };
 
 /// Prefix sums of n values. in and out may be the same buffer. Returns the total. Throws UsageError when the total does
 /// not fit 32 bits.
-std::uint32_t scan_uint(Device& device, Sum kind, const cl::Buffer& in, const cl::Buffer& out, std::uint64_t n);
+std::uint32_t scan_uint(Device& device, Sum kind, const cl::Buffer& in, const cl::Buffer& out,
+                        std::uint64_t n);
 /// The same with nothing read by the host: total gets the sum as a ulong (8 bytes), which the caller checks when it suits.
-void scan_uint_on_device(Device& device, Sum kind, const cl::Buffer& in, const cl::Buffer& out, std::uint64_t n,
-                         const cl::Buffer& total);
+void scan_uint_on_device(Device& device, Sum kind, const cl::Buffer& in, const cl::Buffer& out,
+                         std::uint64_t n, const cl::Buffer& total);
 /// Float sums in a fixed order (kernels/primitives/segmented.cl): rows of 16 by the scan of Hillis & Steele, the 64 rows
 /// of a block of 1024 from left to right, blocks by the same again. in and out may be the same buffer. out[0] of an
 /// exclusive scan is 0.
@@ -27,16 +28,20 @@ void scan_float(Device& device, Sum kind, const cl::Buffer& in, const cl::Buffer
 /// may be the same buffer. Float sums keep the order of scan_float, which depends on positions, not on where segments
 /// start. Sums of uint past 32 bits stay at 0xffffffff, since no host reads them. min and max: NaN never wins over a
 /// number, of equal values (-0 and +0) the first is kept.
-void segmented_scan_uint(Device&, Op, const cl::Buffer& in, const cl::Buffer& heads, const cl::Buffer& out, std::uint64_t n);
-void segmented_scan_float(Device&, Op, const cl::Buffer& in, const cl::Buffer& heads, const cl::Buffer& out, std::uint64_t n);
+void segmented_scan_uint(Device&, Op, const cl::Buffer& in, const cl::Buffer& heads, const cl::Buffer& out,
+                         std::uint64_t n);
+void segmented_scan_float(Device&, Op, const cl::Buffer& in, const cl::Buffer& heads, const cl::Buffer& out,
+                          std::uint64_t n);
 /// Copies the value at each head over its segment (32-bit values of any kind).
-void segmented_copy(Device&, const cl::Buffer& in, const cl::Buffer& heads, const cl::Buffer& out, std::uint64_t n);
+void segmented_copy(Device&, const cl::Buffer& in, const cl::Buffer& heads, const cl::Buffer& out,
+                    std::uint64_t n);
 
 /// One result per segment [offsets[s], offsets[s+1]), s < segments (offsets holds segments + 1 values). Empty segments
 /// give 0 for sum, +inf for min. For min, `index` gets the lowest position that attains it (CLRAD_NONE when empty);
 /// NaN never wins, and nothing but NaN counts as empty. Sums: a row of 16 by pairs, the 64 rows of a block of 1024 from
 /// left to right, blocks (from the segment's start) from left to right.
-void segmented_reduce_sum(Device&, const cl::Buffer& in, const cl::Buffer& offsets, const cl::Buffer& out, std::uint64_t segments);
+void segmented_reduce_sum(Device&, const cl::Buffer& in, const cl::Buffer& offsets, const cl::Buffer& out,
+                          std::uint64_t segments);
 void segmented_reduce_min(Device&, const cl::Buffer& in, const cl::Buffer& offsets, const cl::Buffer& out,
                           const cl::Buffer& index, std::uint64_t segments);
 
@@ -70,7 +75,8 @@ void compact_on_device(Device&, const cl::Buffer& flags, std::uint64_t n, const 
                        const cl::Buffer& count);
 
 /// Stable ascending sort of (key, value) pairs of uint32, in place, by the low key_bits bits of the keys.
-void radix_sort(Device&, const cl::Buffer& keys, const cl::Buffer& values, std::uint64_t n, unsigned key_bits = 32);
+void radix_sort(Device&, const cl::Buffer& keys, const cl::Buffer& values, std::uint64_t n,
+                unsigned key_bits = 32);
 
 /// The calls above keep their scratch arrays with the device; this gives them back to its memory budget.
 void release_primitive_scratch(Device&);

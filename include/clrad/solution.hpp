@@ -1,30 +1,17 @@
 /// What a solve gives back: irradiance at every vertex, radiosity of every patch, irradiance at sensors, and
 /// the report.
 #pragma once
-#include <cmath>
 #include <cstdint>
 #include <glm/vec3.hpp>
 #include <string>
 #include <vector>
 
 #include "clrad/device.hpp"
+#include "clrad/frame.hpp"
 #include "clrad/mesh.hpp"
 #include "clrad/scene.hpp"
 
 namespace clrad {
-
-/// The frame kernels work in: frame = (metres - centre) x 2^-exponent; the scene's longest side is in [1, 2)
-/// there.
-struct FrameTransform {
-  glm::dvec3 centre_m{0, 0, 0};
-  int exponent = 0;
-
-  double metres_per_unit() const { return std::ldexp(1.0, exponent); }
-  glm::dvec3 to_frame(const glm::dvec3& metres) const {
-    return (metres - centre_m) * std::ldexp(1.0, -exponent);
-  }
-  glm::dvec3 from_frame(const glm::dvec3& p) const { return p * metres_per_unit() + centre_m; }
-};
 
 /// Irradiance at a point, with an estimate of its error.
 struct SensorResult {
@@ -82,7 +69,7 @@ struct Report {
 
 struct Solution {
   Scene scene;
-  FrameTransform frame;
+  Frame frame;
   Mesh mesh;
   std::uint32_t bands = 1;
   std::vector<double> vertex_irradiance;     ///< [band][vertex] [W/m^2]

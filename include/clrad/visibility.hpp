@@ -15,7 +15,7 @@ namespace clrad {
 /// An end of a segment, in the scene's frame (coordinates in [-1, 1); up to +-4 are allowed).
 struct Point {
   glm::dvec3 position{0, 0, 0};
-  glm::dvec3 normal{0, 0, 1};        ///< unit length
+  glm::dvec3 normal{0, 0, 1};         ///< unit length
   std::uint32_t plane = 0xffffffffu;  ///< segments ignore occluders of this plane; 0xffffffff: none
   std::uint32_t surface = 0xffffffffu;
 };
@@ -72,7 +72,8 @@ class VisibilityEngine {
   virtual void occluded(const Segments& segments, Array<std::uint32_t>& masks) = 0;
   /// Per segment, the triangle it meets first, going from origin to target (0xffffffff: none), and where: t in [0, 1]
   /// of the segment; 1 where there is none. Of equal t the lower triangle index.
-  virtual void intersect_closest(const Segments& segments, Array<std::uint32_t>& triangle, Array<float>& t) = 0;
+  virtual void intersect_closest(const Segments& segments, Array<std::uint32_t>& triangle,
+                                 Array<float>& t) = 0;
   virtual VisibilityCounts counts() const = 0;
 };
 

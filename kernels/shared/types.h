@@ -12,7 +12,7 @@ typedef std::uint32_t clrad_uint;
 #endif
 
 /* A receiver, a sample on a shooter, a sensor, the end of a ray: a position in the scene's frame as an unevaluated
- * sum hi + lo (48 bits in float, DESIGN "Numerics"), a unit normal, the plane its segments ignore and the surface it
+ * sum hi + lo (48 bits in float), a unit normal, the plane its segments ignore and the surface it
  * lies on (polygon index; CLRAD_NONE for a free point). */
 #define CLRAD_POINT(name, real)  \
   typedef struct name {          \

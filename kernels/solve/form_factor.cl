@@ -1,4 +1,4 @@
-/* Form factors of receivers to one shooter, and what of them is visible (DESIGN, sections 3 and 4). One work-item a
+/* Form factors of receivers to one shooter, and what of them is visible. One work-item a
  * chosen receiver; `chosen` says whether active lists the receivers or they are taken in order. */
 #include "shared/factor.cl"
 

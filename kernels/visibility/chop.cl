@@ -20,101 +20,11 @@
  *
  * A piece is (ray, cell, t0, t1); cell = x | y << 10 | z << 20.
  */
-#include "shared/triangle.cl"
-#include "shared/voxel.cl"
-
-#define ALWAYS_INLINE __attribute__((always_inline)) inline
-
-#if CLRAD_WIDTH == 1
-typedef float lanes_float;
-typedef int lanes_int;
-typedef uint lanes_uint;
-#define LOAD_FLOATS(at, p) ((p)[at])
-#define LOAD_UINTS(at, p) ((p)[at])
-#define MASK(condition) (-(condition)) /* a scalar comparison gives 1, a vector's -1 a lane */
-#define LANE_BITS 1
-#elif CLRAD_WIDTH == 4
-typedef float4 lanes_float;
-typedef int4 lanes_int;
-typedef uint4 lanes_uint;
-#define LOAD_FLOATS(at, p) vload4(at, p)
-#define LOAD_UINTS(at, p) vload4(at, p)
-#define MASK(condition) (condition)
-#define LANE_BITS (int4)(1, 2, 4, 8)
-#elif CLRAD_WIDTH == 8
-typedef float8 lanes_float;
-typedef int8 lanes_int;
-typedef uint8 lanes_uint;
-#define LOAD_FLOATS(at, p) vload8(at, p)
-#define LOAD_UINTS(at, p) vload8(at, p)
-#define MASK(condition) (condition)
-#define LANE_BITS (int8)(1, 2, 4, 8, 16, 32, 64, 128)
-#else
-typedef float16 lanes_float;
-typedef int16 lanes_int;
-typedef uint16 lanes_uint;
-#define LOAD_FLOATS(at, p) vload16(at, p)
-#define LOAD_UINTS(at, p) vload16(at, p)
-#define MASK(condition) (condition)
-#define LANE_BITS (int16)(1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 2048, 4096, 8192, 16384, 32768)
-#endif
-
-/* All lanes ored together. */
-ALWAYS_INLINE int any_bits(lanes_int v) {
-#if CLRAD_WIDTH == 1
-  return v;
-#elif defined(__clang__) && defined(__has_builtin) && __has_builtin(__builtin_reduce_or)
-  return __builtin_reduce_or(v);
-#else
-#if CLRAD_WIDTH == 16
-  int8 v8 = v.lo | v.hi;
-#elif CLRAD_WIDTH == 8
-  int8 v8 = v;
-#endif
-#if CLRAD_WIDTH >= 8
-  int4 v4 = v8.lo | v8.hi;
-#else
-  int4 v4 = v;
-#endif
-  int2 v2 = v4.lo | v4.hi;
-  return v2.x | v2.y;
-#endif
-}
+#include "shared/block.cl"
+#include "shared/cut.cl"
 
 #define HIT_BIT 0x10000 /* of a block's verdict; bits 0..15: lanes that floats cannot decide */
 
-/* Words of a block in `packets`: floats x0 y0 z0 and their low parts, edges 0 and 2, normal, the two sizes.
- */
-#define PACKET_FLOATS 17
-/* A ray is two ends on the visibility grid: ray r of a batch goes from end r / run of `from` to end r % run
- * of `to`, or, in pairs, from end r to end r. An end: x y z and their low parts as float bits, plane, spare.
- */
-#define END_WORDS 8
-
-typedef struct ray_ends {
-  __global const uint *a, *b;
-} ray_ends;
-
-ALWAYS_INLINE ray_ends ends_of(__global const uint* from, __global const uint* to, uint run, uint pairs,
-                               uint r) {
-  /* r / run without an integer division, which has no vector form: r < 2^24, so the guess is off by one at
-   * most. */
-  uint q = convert_uint(convert_float(r) / convert_float(run));
-  q -= q * run > r ? 1u : 0u;
-  q += (q + 1u) * run <= r ? 1u : 0u;
-  ray_ends e;
-  e.a = from + (pairs ? r : q) * END_WORDS;
-  e.b = to + (pairs ? r : r - q * run) * END_WORDS;
-  return e;
-}
-
-ALWAYS_INLINE float ray_origin(ray_ends e, uint axis) {
-  return as_float(e.a[axis]);
-}
-ALWAYS_INLINE float ray_direction(ray_ends e, uint axis) {
-  return CLRAD_DIFFERENCE(as_float(e.b[axis]), as_float(e.b[3 + axis]), as_float(e.a[axis]),
-                          as_float(e.a[3 + axis]));
-}
 
 /* ends[i] = point first + i of the list, snapped. */
 __kernel void chop_ends(uint n, uint first, __global const CLRAD_POINT_T* points, __global const uint* active,
@@ -170,92 +80,7 @@ __kernel void chop_packets(uint lanes, __global const uint* triangle,
   p[16 * CLRAD_WIDTH] = f.normal_size;
 }
 
-/* ---- cutting
- * ------------------------------------------------------------------------------------------------------ */
-
-/* The part [*t0, *t1] of the ray inside the grid's box. 0 when there is none; then t0 > t1. */
-ALWAYS_INLINE int clip(ray_ends ray, __global const float* frame, float* t0, float* t1) {
-  float begin = 0.0f, end = 1.0f;
-  int inside = 1, moves = 0;
-  for (uint a = 0; a < 3; ++a) {
-    float o = ray_origin(ray, a), d = ray_direction(ray, a), inverse = 1.0f / d;
-    float low = clrad_plane(frame, a, 0), high = clrad_plane(frame, a, convert_int(frame[9 + a]));
-    float p = (low - o) * inverse, q = (high - o) * inverse;
-    float near = p < q ? p : q, far = p < q ? q : p;
-    int along = d == 0.0f; /* with the planes: p and q are infinite or NaN */
-    near = along ? 0.0f : near;
-    far = along ? 1.0f : far;
-    begin = begin > near ? begin : near;
-    end = end < far ? end : far;
-    inside &= (along ^ 1) | ((o >= low) & (o <= high));
-    moves |= along ^ 1;
-  }
-  int meets = inside & moves & (begin <= end);
-  *t0 = meets ? begin : 1.0f;
-  *t1 = meets ? end : 0.0f;
-  return meets;
-}
-
-/* The cells of an axis that a wave may use, packed with the axis. All cells of all axes: axis 3. */
-#define ANY_CELLS (3u << 20)
-
-ALWAYS_INLINE int first_cell(uint cells, uint axis) {
-  return cells >> 20 == axis ? (int)(cells & 1023u) : 0;
-}
-ALWAYS_INLINE int last_cell(uint cells, uint axis, __global const float* frame) {
-  return cells >> 20 == axis ? (int)(cells >> 10 & 1023u) : convert_int(frame[9 + axis]) - 1;
-}
-
-/* How many pieces [t0, t1] of the ray has along the axis; for axis 3: how many blocks the voxel's list has.
- */
-ALWAYS_INLINE uint pieces_ahead(uint axis, ray_ends ray, float t0, float t1, uint cell, uint cells,
-                                __global const float* frame, __global const uint* first_block) {
-  if (axis == 3) {
-    uint v = ((cell >> 20) * (uint)frame[10] + (cell >> 10 & 1023u)) * (uint)frame[9] + (cell & 1023u);
-    return first_block[v + 1] - first_block[v];
-  }
-  float o = ray_origin(ray, axis), d = ray_direction(ray, axis);
-  int low = first_cell(cells, axis), high = last_cell(cells, axis, frame);
-  int i = clrad_cell(frame, axis, o + t0 * d, low, high), j = clrad_cell(frame, axis, o + t1 * d, low, high);
-  return (uint)abs(j - i) + 1u;
-}
-
-/* Wave `wave` of a ray: narrows [t0, t1] and gives the cells it may use. *more: the ray goes on after this
- * wave. */
-ALWAYS_INLINE uint wave_cells(ray_ends ray, __global const float* frame, uint wave, uint slab, float* t0,
-                              float* t1, uint* more) {
-  uint axis = 0;
-  int from = 0, to = 0;
-  for (uint a = 0; a < 3; ++a) {
-    float o = ray_origin(ray, a), d = ray_direction(ray, a);
-    int n = convert_int(frame[9 + a]);
-    int i = clrad_cell(frame, a, o + *t0 * d, 0, n - 1), j = clrad_cell(frame, a, o + *t1 * d, 0, n - 1);
-    if (a == 0 || abs(j - i) > abs(to - from)) {
-      axis = a;
-      from = i;
-      to = j;
-    }
-  }
-  int step = to < from ? -1 : 1, count = abs(to - from) + 1;
-  int begin = (int)(wave * slab), end = begin + (int)slab;
-  *more = end < count;
-  end = end < count ? end : count;
-  float o = ray_origin(ray, axis), d = ray_direction(ray, axis), t_begin = *t0, t_end = *t1;
-  if (begin > 0) {
-    float t = clrad_crossing(frame, axis, from + step * begin + (step < 0), o, d);
-    t = t > *t0 ? t : *t0;
-    t_begin = t < *t1 ? t : *t1;
-  }
-  if (end < count) {
-    float t = clrad_crossing(frame, axis, from + step * end + (step < 0), o, d);
-    t = t > *t0 ? t : *t0;
-    t_end = t < *t1 ? t : *t1;
-  }
-  *t0 = t_begin;
-  *t1 = t_end;
-  int a = from + step * begin, b = from + step * (end - 1);
-  return axis << 20 | (uint)(a < b ? b : a) << 10 | (uint)(a < b ? a : b);
-}
+/* ---- cutting */
 
 /* Cuts `rays` rays to the box; counts[r] = pieces along `axis`, 0 for rays that miss it. */
 __kernel void chop_rays(uint rays, __global const uint* from, __global const uint* to, uint run, uint pairs,
@@ -336,81 +161,7 @@ __kernel void chop_cut(uint slots, uint axis, uint next, __global const uint* of
   counts[s] = pieces_ahead(next, ray, begin, end, cell, cells, frame, first_block);
 }
 
-/* ---- testing
- * ------------------------------------------------------------------------------------------------------ */
-
-/* The fast test of shared/triangle.cl for one ray and a block of triangles, with fewer operations. With A =
- * v0 - a, D = b - a, R = A x D: U_0 = e_0 . R,  U_2 = e_2 . R,  P = D . N,  U_1 = -P - U_0 - U_2   (the three
- * volumes add up to -D . N) S_a = -N . A,   S_b = S_a + P Errors, with the notation and the steps of that
- * file, X = |D|_max edge_size |A|_1 and Y = normal_size |D|_1: U_0, U_2: products 5u, difference 6u, times e
- * 7u and rounded 8u, summed 10u: 10u X P: N 1u, D 2u, product 4u, summed 6u: 6u Y U_1: 20u X + 6u Y, and its
- * two roundings u (|P| + |U_0|) + u (|P| + |U_0| + |U_2|) <= 2u Y + 3u X E_U = 26u X + 10u Y + 2^-80 |D|_max
- * holds for all three, terms in u^2 and the rounding of the bound included. S_a: 6u normal_size |A|_1.  S_b:
- * that, 6u Y, and a rounding of u (normal_size |A|_1 + Y): E_S = 10u normal_size (|A|_1 + |D|_1) + 2^-110
- * holds for both.
- */
-#define BLOCK_VOLUME_ERROR 0x1.ap-20f /* 26u */
-#define BLOCK_PLANE_ERROR 0x1.4p-21f  /* 10u */
-
-typedef struct ray_data {
-  float ax, ay, az, ax_lo, ay_lo, az_lo;
-  float dx, dy, dz;
-  uint a_plane, b_plane;
-} ray_data;
-
-ALWAYS_INLINE ray_data load_ray(ray_ends e) {
-  ray_data d;
-  d.ax = ray_origin(e, 0);
-  d.ay = ray_origin(e, 1);
-  d.az = ray_origin(e, 2);
-  d.ax_lo = ray_origin(e, 3);
-  d.ay_lo = ray_origin(e, 4);
-  d.az_lo = ray_origin(e, 5);
-  d.dx = ray_direction(e, 0);
-  d.dy = ray_direction(e, 1);
-  d.dz = ray_direction(e, 2);
-  d.a_plane = e.a[6];
-  d.b_plane = e.b[6];
-  return d;
-}
-
-/* Per lane -1 or 0: surely blocked, and undecided. */
-ALWAYS_INLINE void test_block(ray_data s, uint block, __global const float* packets,
-                              __global const uint* triangle, __global const uint* plane, lanes_int* hit,
-                              lanes_int* undecided) {
-  __global const float* p = packets + block * (PACKET_FLOATS * CLRAD_WIDTH);
-  lanes_float x = (LOAD_FLOATS(0, p) - s.ax) + (LOAD_FLOATS(3, p) - s.ax_lo);
-  lanes_float y = (LOAD_FLOATS(1, p) - s.ay) + (LOAD_FLOATS(4, p) - s.ay_lo);
-  lanes_float z = (LOAD_FLOATS(2, p) - s.az) + (LOAD_FLOATS(5, p) - s.az_lo);
-  lanes_float rx = y * s.dz - z * s.dy, ry = z * s.dx - x * s.dz, rz = x * s.dy - y * s.dx;
-  lanes_float u0 = CLRAD_DOT(LOAD_FLOATS(6, p), LOAD_FLOATS(7, p), LOAD_FLOATS(8, p), rx, ry, rz);
-  lanes_float u2 = CLRAD_DOT(LOAD_FLOATS(9, p), LOAD_FLOATS(10, p), LOAD_FLOATS(11, p), rx, ry, rz);
-  lanes_float nx = LOAD_FLOATS(12, p), ny = LOAD_FLOATS(13, p), nz = LOAD_FLOATS(14, p);
-  lanes_float facing = CLRAD_DOT(nx, ny, nz, s.dx, s.dy, s.dz);
-  lanes_float u1 = -(facing + u0) - u2;
-  lanes_float side_a = -CLRAD_DOT(nx, ny, nz, x, y, z), side_b = side_a + facing;
-
-  lanes_float edge_size = LOAD_FLOATS(15, p), normal_size = LOAD_FLOATS(16, p);
-  lanes_float norm = CLRAD_NORM_1(x, y, z);
-  float length = CLRAD_NORM_1(s.dx, s.dy, s.dz);
-  float size = CLRAD_MAX(CLRAD_MAX(fabs(s.dx), fabs(s.dy)), fabs(s.dz));
-  lanes_float error = norm * edge_size * (size * BLOCK_VOLUME_ERROR) +
-                      normal_size * (length * BLOCK_PLANE_ERROR) + size * CLRAD_VOLUME_FLOOR;
-  lanes_float error_s = (norm + length) * (normal_size * BLOCK_PLANE_ERROR) + CLRAD_SIDE_FLOOR;
-
-  lanes_float least = u0 < u1 ? u0 : u1, most = u0 > u1 ? u0 : u1;
-  least = least < u2 ? least : u2;
-  most = most > u2 ? most : u2;
-  lanes_float near = side_a < side_b ? side_a : side_b, far = side_a > side_b ? side_a : side_b;
-  lanes_uint k = LOAD_UINTS(block, triangle), q = LOAD_UINTS(block, plane);
-  lanes_int ignored =
-      MASK(k == CLRAD_NONE) | (MASK(q != CLRAD_NONE) & (MASK(q == s.a_plane) | MASK(q == s.b_plane)));
-  lanes_int miss =
-      (MASK(least < -error) & MASK(most > error)) | MASK(near > error_s) | MASK(far < -error_s) | ignored;
-  lanes_int sure = (MASK(least > error) | MASK(most < -error)) & MASK(near < -error_s) & MASK(far > error_s);
-  *hit = sure & ~miss;
-  *undecided = ~sure & ~miss;
-}
+/* ---- testing */
 
 /* Slot s: a ray against a block of its candidates. blocked[ray] becomes 1 on a sure hit (all writers write
  * 1); doubt[s] = lanes that need the exact predicate, 0 when another lane of the block blocks the ray anyway.
@@ -425,31 +176,12 @@ __kernel void chop_test_any(uint slots, __global const uint* owner, __global con
   if (s >= slots) return;
   uint p = owner[s], r = piece_ray[p], cell = piece_cell[p];
   uint v = ((cell >> 20) * (uint)frame[10] + (cell >> 10 & 1023u)) * (uint)frame[9] + (cell & 1023u);
-  lanes_int hit, undecided;
+  clrad_ints hit, undecided;
   test_block(load_ray(ends_of(from, to, run, pairs, r)), first_block[v] + rank[s], packets, triangle, plane,
              &hit, &undecided);
-  int verdict = any_bits((hit & HIT_BIT) | (undecided & LANE_BITS));
+  int verdict = clrad_bits_of_any((hit & HIT_BIT) | (undecided & CLRAD_LANE_BITS(0)));
   if (verdict & HIT_BIT) blocked[r] = 1;
   doubt[s] = verdict & HIT_BIT ? 0u : (uint)verdict;
-}
-
-ALWAYS_INLINE clrad_segment whole_segment(ray_ends e) {
-  clrad_segment s;
-  s.ax = as_float(e.a[0]);
-  s.ay = as_float(e.a[1]);
-  s.az = as_float(e.a[2]);
-  s.ax_lo = as_float(e.a[3]);
-  s.ay_lo = as_float(e.a[4]);
-  s.az_lo = as_float(e.a[5]);
-  s.bx = as_float(e.b[0]);
-  s.by = as_float(e.b[1]);
-  s.bz = as_float(e.b[2]);
-  s.bx_lo = as_float(e.b[3]);
-  s.by_lo = as_float(e.b[4]);
-  s.bz_lo = as_float(e.b[5]);
-  s.a_plane = e.a[6];
-  s.b_plane = e.b[6];
-  return s;
 }
 
 /* The undecided lanes of the slots in `list`, exactly. */
@@ -487,10 +219,10 @@ __kernel void chop_test_nearest(uint slots, __global const uint* owner, __global
   uint p = owner[s], r = piece_ray[p], cell = piece_cell[p];
   uint v = ((cell >> 20) * (uint)frame[10] + (cell >> 10 & 1023u)) * (uint)frame[9] + (cell & 1023u);
   uint block = first_block[v] + rank[s];
-  lanes_int hit, undecided;
+  clrad_ints hit, undecided;
   test_block(load_ray(ends_of(from, to, run, pairs, r)), block, packets, triangle, plane, &hit, &undecided);
-  uint hits = (uint)any_bits(hit & LANE_BITS);
-  doubt[s] = (uint)any_bits(undecided & LANE_BITS);
+  uint hits = (uint)clrad_bits_of_any(hit & CLRAD_LANE_BITS(0));
+  doubt[s] = (uint)clrad_bits_of_any(undecided & CLRAD_LANE_BITS(0));
   float best = INFINITY;
   uint which = CLRAD_NONE;
   if (hits) {
@@ -539,8 +271,7 @@ __kernel void chop_exact_nearest(uint n, __global const uint* list, __global con
   slot_triangle[s] = which;
 }
 
-/* ---- results
- * ------------------------------------------------------------------------------------------------------ */
+/* ---- results */
 
 /* positions[i] = offsets[positions[i]]: from slots of one allocation to slots of the next. */
 __kernel void chop_follow(uint n, __global const uint* offsets, __global uint* positions) {
@@ -600,8 +331,7 @@ __kernel void chop_results(uint rays, ulong first, __global const float* ray_t,
   }
 }
 
-/* ---- counts
- * ------------------------------------------------------------------------------------------------------- */
+/* ---- counts */
 
 /* sums: `items` counts of candidates, as many of exact tests, and of pieces that have candidates. Work-item i
  * adds its share of the pieces. */

@@ -55,7 +55,9 @@ class Cli : public testing::Test {
     std::ifstream in(folder_ / name);
     return {std::istreambuf_iterator<char>(in), {}};
   }
-  void write(const std::string& name, const std::string& body) const { std::ofstream(folder_ / name) << body; }
+  void write(const std::string& name, const std::string& body) const {
+    std::ofstream(folder_ / name) << body;
+  }
   bool holds(const std::string& name) const { return fs::exists(folder_ / name); }
 
   fs::path folder_;
@@ -65,13 +67,16 @@ const std::string furnace = CLRAD_SCENES "/furnace.obj", cornell = CLRAD_SCENES 
 
 TEST_F(Cli, SolveWritesPictureModelAndReport) {
   write("points.pts", "# a sensor in the middle\n0.5 0.5 0.5 0 0 1\n");
-  const auto r = run({"solve", furnace, "-o", path("out"), "--size", "32x24", "--patch-edge", "0.5", "--element-edge", "0.25",
-                      "--samples", "1", "--converge", "1e-5", "--sensors", path("points.pts")});
+  const auto r =
+      run({"solve", furnace, "-o", path("out"), "--size", "32x24", "--patch-edge", "0.5", "--element-edge",
+           "0.25", "--samples", "1", "--converge", "1e-5", "--sensors", path("points.pts")});
   ASSERT_EQ(r.code, 0) << r.error;
-  for (const char* file : {"out/picture.png", "out/scene.glb", "out/report.json"}) EXPECT_TRUE(holds(file)) << file;
+  for (const char* file : {"out/picture.png", "out/scene.glb", "out/report.json"})
+    EXPECT_TRUE(holds(file)) << file;
   const auto report = nlohmann::json::parse(text("out/report.json"));
-  for (const char* key : {"schema", "program", "scene", "device", "options", "effects", "stages", "shoots", "rays", "candidates", "seconds",
-                          "energy", "error", "invariants", "memory", "polygons", "sensors"})
+  for (const char* key :
+       {"schema", "program", "scene", "device", "options", "effects", "stages", "shoots", "rays",
+        "candidates", "seconds", "energy", "error", "invariants", "memory", "polygons", "sensors"})
     EXPECT_TRUE(report.contains(key)) << key;
   EXPECT_EQ(report["scene"]["polygons"], 6);
   EXPECT_TRUE(report["energy"]["closed"]);
@@ -83,7 +88,8 @@ TEST_F(Cli, SolveWritesPictureModelAndReport) {
 }
 
 TEST_F(Cli, WithoutAFolderOnlyWhatIsNamedIsWritten) {
-  const auto r = run({"solve", furnace, "--json", path("only.json"), "--quiet", "--patch-edge", "1", "--element-edge", "1"});
+  const auto r = run(
+      {"solve", furnace, "--json", path("only.json"), "--quiet", "--patch-edge", "1", "--element-edge", "1"});
   ASSERT_EQ(r.code, 0) << r.error;
   EXPECT_TRUE(r.out.empty()) << r.out;
   EXPECT_TRUE(holds("only.json"));
@@ -124,14 +130,16 @@ TEST_F(Cli, TooLittleMemoryIsSaid) {
 }
 
 TEST_F(Cli, MemoryIsKept) {
-  const auto r = run({"solve", cornell, "--memory", "64M", "--samples", "1", "--light-samples", "64", "--converge", "0.05", "--json", path("r.json")});
+  const auto r = run({"solve", cornell, "--memory", "64M", "--samples", "1", "--light-samples", "64",
+                      "--converge", "0.05", "--json", path("r.json")});
   ASSERT_EQ(r.code, 0) << r.error;
   const auto report = nlohmann::json::parse(text("r.json"));
   EXPECT_LE(report["memory"]["device_peak_bytes"].get<double>(), 64.0 * (1 << 20));
 }
 
 TEST_F(Cli, InterruptLeavesAValidPartialResultAndExitCodeFour) {
-  const pid_t child = start({"solve", cornell, "-o", path("out"), "--size", "32x32", "--patch-edge", "0.03", "--converge", "1e-9"});
+  const pid_t child = start(
+      {"solve", cornell, "-o", path("out"), "--size", "32x32", "--patch-edge", "0.03", "--converge", "1e-9"});
   // Long enough to be shooting, and far from done: this solve takes minutes.
   std::this_thread::sleep_for(std::chrono::seconds(6));
   kill(child, SIGINT);
@@ -158,7 +166,8 @@ TEST_F(Cli, DevicesAndHelp) {
   EXPECT_NE(devices.out.find("compute units"), std::string::npos);
   const auto help = run({"solve", "--help"});
   EXPECT_EQ(help.code, 0);
-  for (const char* option : {"--engine", "--samples", "--form-factor", "--converge", "--patch-edge", "--element-edge", "--sensors", "--camera"})
+  for (const char* option : {"--engine", "--samples", "--form-factor", "--converge", "--patch-edge",
+                             "--element-edge", "--sensors", "--camera"})
     EXPECT_NE(help.out.find(option), std::string::npos) << option;
 }
 

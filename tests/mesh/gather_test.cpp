@@ -5,17 +5,16 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
+#include "clrad/frame.hpp"
 #include "mesh/build.hpp"
 #include "oracle/reference.hpp"
-#include "scene/frame.hpp"
 #include "scene/planes.hpp"
 
 namespace clrad {
 namespace {
 
 Mesh mesh_of(const Scene& scene, const MeshOptions& options) {
-  const Frame f = frame_of(scene);
-  return build_mesh(scene, {f.centre, f.exponent}, plane_ids(scene), options);
+  return build_mesh(scene, frame_of(scene), plane_ids(scene), options);
 }
 
 // A general quad and a triangle.
@@ -33,8 +32,10 @@ TEST(Mesh, AreasAndCountsAddUp) {
   const Mesh mesh = mesh_of(scene, {0.6, 0.1});
   for (std::size_t p = 0; p < 2; ++p) {
     double patches = 0, elements = 0;
-    for (std::uint32_t k = 0; k < mesh.polygons[p].patches; ++k) patches += mesh.patches[mesh.polygons[p].first_patch + k].area_m2;
-    for (std::uint32_t k = 0; k < mesh.polygons[p].elements; ++k) elements += mesh.elements[mesh.polygons[p].first_element + k].area_m2;
+    for (std::uint32_t k = 0; k < mesh.polygons[p].patches; ++k)
+      patches += mesh.patches[mesh.polygons[p].first_patch + k].area_m2;
+    for (std::uint32_t k = 0; k < mesh.polygons[p].elements; ++k)
+      elements += mesh.elements[mesh.polygons[p].first_element + k].area_m2;
     EXPECT_NEAR(patches, scene.polygons[p].area_m2(), 1e-13);
     EXPECT_NEAR(elements, scene.polygons[p].area_m2(), 1e-13);
   }
@@ -58,7 +59,8 @@ TEST(Mesh, ReceiversLieInsideTheirPolygonAndOnItsPlane) {
   const Mesh mesh = mesh_of(scene, {0.6, 0.1});
   const Frame f = frame_of(scene);
   for (std::uint32_t p = 0; p < 2; ++p)
-    for (std::uint32_t v = mesh.polygons[p].first_vertex; v < mesh.polygons[p].first_vertex + mesh.polygons[p].vertices; ++v) {
+    for (std::uint32_t v = mesh.polygons[p].first_vertex;
+         v < mesh.polygons[p].first_vertex + mesh.polygons[p].vertices; ++v) {
       const Polygon& polygon = scene.polygons[p];
       const glm::dvec3 r = f.from_frame(mesh.receivers[v].position);
       for (std::uint32_t k = 0; k < polygon.corners; ++k) {

@@ -11,7 +11,8 @@
 namespace clrad::oracle {
 
 /// Lambert's contour formula of a convex polygon clipped at the receiver's horizon.
-inline double point_form_factor(const glm::dvec3& p, const glm::dvec3& n, const std::vector<glm::dvec3>& polygon) {
+inline double point_form_factor(const glm::dvec3& p, const glm::dvec3& n,
+                                const std::vector<glm::dvec3>& polygon) {
   std::vector<glm::dvec3> above;
   for (std::size_t k = 0; k < polygon.size(); ++k) {
     const glm::dvec3 a = polygon[k] - p, b = polygon[(k + 1) % polygon.size()] - p;
@@ -51,7 +52,8 @@ inline Eigen::VectorXd patch_radiosity(const Scene& scene, const Mesh& mesh, std
       const double rho = scene.materials[scene.polygons[patch.polygon].material].reflectance[band];
       for (int k = 0; k < 4; ++k)
         if (element.vertex[k] != 0xffffffffu)
-          a(element.patch, j) -= rho * element.area_m2 / patch.area_m2 * element.weight[k] * column[element.vertex[k]];
+          a(element.patch, j) -=
+              rho * element.area_m2 / patch.area_m2 * element.weight[k] * column[element.vertex[k]];
     }
     e(j) = scene.materials[scene.polygons[shooter.polygon].material].emitted_exitance[band];
   }

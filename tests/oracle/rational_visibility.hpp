@@ -49,7 +49,7 @@ inline bool has_area(const Triangle& t) {
   return normal(t) != Vector{0, 0, 0};
 }
 
-/// DESIGN "Numerics": the exact predicate and its end-point rule.
+/// The exact predicate and its end-point rule.
 inline bool blocked(const Segment& s, const Triangle& t) {
   constexpr std::uint32_t none = 0xffffffffu;
   if (t.plane != none && (t.plane == s.from_plane || t.plane == s.to_plane)) return false;

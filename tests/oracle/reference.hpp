@@ -25,7 +25,9 @@ inline const json& reference_case(const json& data, const std::string& id) {
   throw std::runtime_error("no reference case " + id);
 }
 
-inline glm::dvec3 vec(const json& v) { return {v.at(0).get<double>(), v.at(1).get<double>(), v.at(2).get<double>()}; }
+inline glm::dvec3 vec(const json& v) {
+  return {v.at(0).get<double>(), v.at(1).get<double>(), v.at(2).get<double>()};
+}
 
 inline Polygon polygon(const json& vertices, std::uint32_t material, const std::string& name) {
   Polygon p;
@@ -53,11 +55,13 @@ inline Scene scene_of(const json& polygons) {
 }
 
 /// A closed box [0, size] facing inward, order x_min x_max y_min y_max z_min z_max, all alike.
-inline Scene box_scene(const glm::dvec3& size, const std::vector<double>& rho, const std::vector<double>& emitted) {
+inline Scene box_scene(const glm::dvec3& size, const std::vector<double>& rho,
+                       const std::vector<double>& emitted) {
   const double x = size.x, y = size.y, z = size.z;
-  const glm::dvec3 faces[6][4] = {{{0, 0, 0}, {0, y, 0}, {0, y, z}, {0, 0, z}}, {{x, 0, 0}, {x, 0, z}, {x, y, z}, {x, y, 0}},
-                                  {{0, 0, 0}, {0, 0, z}, {x, 0, z}, {x, 0, 0}}, {{0, y, 0}, {x, y, 0}, {x, y, z}, {0, y, z}},
-                                  {{0, 0, 0}, {x, 0, 0}, {x, y, 0}, {0, y, 0}}, {{0, 0, z}, {0, y, z}, {x, y, z}, {x, 0, z}}};
+  const glm::dvec3 faces[6][4] = {
+      {{0, 0, 0}, {0, y, 0}, {0, y, z}, {0, 0, z}}, {{x, 0, 0}, {x, 0, z}, {x, y, z}, {x, y, 0}},
+      {{0, 0, 0}, {0, 0, z}, {x, 0, z}, {x, 0, 0}}, {{0, y, 0}, {x, y, 0}, {x, y, z}, {0, y, z}},
+      {{0, 0, 0}, {x, 0, 0}, {x, y, 0}, {0, y, 0}}, {{0, 0, z}, {0, y, z}, {x, y, z}, {x, 0, z}}};
   Scene scene;
   scene.file = "box";
   for (std::size_t b = 0; b < rho.size(); ++b) scene.bands.push_back(std::to_string(b));

@@ -270,7 +270,7 @@ TEST_F(Gltf, AnotherReaderUnderstandsBothForms) {
   EXPECT_EQ(binary.accessors[binary.meshes[0].primitives[0].attributes.at("_RADIOSITY")].type,
             TINYGLTF_TYPE_VEC3);
   EXPECT_EQ(binary.nodes[0].translation,
-            (std::vector<double>{s.frame.centre_m.x, s.frame.centre_m.y, s.frame.centre_m.z}));
+            (std::vector<double>{s.frame.centre.x, s.frame.centre.y, s.frame.centre.z}));
   expect_valid(glb_parts(bytes(in_folder("a.glb"))));
 }
 

@@ -54,7 +54,7 @@ void expect_linear_field(const std::vector<glm::dvec3>& corners, const glm::dvec
   Device& device = test::device(precision);
   const Image image = render(device, solution, camera, options);
 
-  const double gradient = 7 * solution.frame.metres_per_unit();  // at most sqrt(25 + 16 + 4) a metre
+  const double gradient = 7 * solution.frame.metres();  // at most sqrt(25 + 16 + 4) a metre
   const double bound = 0.5 / std::numbers::pi * (gradient * std::ldexp(1, -17) + 40 * 8 * std::ldexp(1, -24));
   unsigned lit = 0;
   for (unsigned y = 0; y < options.height; ++y)
@@ -200,7 +200,7 @@ TEST(Layers, TilesThatOnlyTouchDoNotOverlap) {
                                    polygon({{1, 0, 0}, {2, 0, 0}, {2, 1, 0}, {1, 1, 0}}),
                                    polygon({{0.5, 0.5, 0}, {1.5, 0.5, 0}, {1.5, 0.9, 0}}),
                                    polygon({{0, 0, 1}, {1, 0, 1}, {1, 1, 1}})});
-  const FrameTransform frame = test::frame(scene);
+  const Frame frame = test::frame(scene);
   const Layers layers = visible_layers(occluder_triangles(scene, frame, plane_ids(scene)), 4, {0, 0, 3});
   EXPECT_EQ(layers.start, (std::vector<std::uint32_t>{0, 1, 2, 2, 2}));
   EXPECT_EQ(layers.polygon, (std::vector<std::uint32_t>{2, 2}));

@@ -50,14 +50,14 @@ inline Scene scene(const std::vector<Polygon>& polygons, unsigned bands = 1) {
   return s;
 }
 
-inline FrameTransform frame(const Scene& s) {
+inline Frame frame(const Scene& s) {
   glm::dvec3 low(INFINITY), high(-INFINITY);
   for (const auto& p : s.polygons)
     for (std::uint32_t k = 0; k < p.corners; ++k)
       low = glm::min(low, p.corner[k]), high = glm::max(high, p.corner[k]);
   const glm::dvec3 size = high - low;
-  FrameTransform f;
-  f.centre_m = low + 0.5 * size;
+  Frame f;
+  f.centre = low + 0.5 * size;
   f.exponent = std::ilogb(std::max({size.x, size.y, size.z}));
   return f;
 }

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "scene/frame.hpp"
+#include "clrad/frame.hpp"
 
 namespace {
 

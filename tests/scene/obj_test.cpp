@@ -171,7 +171,7 @@ TEST(SceneObj, ACornerOfManyIsTooMany) {
   std::string text, face = "f";
   for (int i = 0; i < 256; ++i) {
     text += "v " + std::to_string(i) + " " + std::to_string(i * i) + " 0\n";
-    face += " " + std::to_string(i + 1);
+    face += std::to_string(i + 1).insert(0, 1, ' ');
   }
   EXPECT_NE(load_error(folder.write("a.obj", text + face)).find("a.obj:257: a face has at most 255"),
             std::string::npos);

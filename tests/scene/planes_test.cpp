@@ -4,7 +4,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
-#include "scene/frame.hpp"
+#include "clrad/frame.hpp"
 #include "scene/planes.hpp"
 
 namespace {

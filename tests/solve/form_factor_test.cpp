@@ -1,6 +1,6 @@
 // Form factors on the device against reference answers, against 34-digit oracles on what the device was
-// given, and against closure. Tolerances: 1e-5 relative in float and 1e-12 in double (DESIGN section 4;
-// kernels/shared/factor.cl accepts a formula only when its own bound is half of that).
+// given, and against closure. Tolerances: 1e-5 relative in float and 1e-12 in double
+// (kernels/shared/factor.cl accepts a formula only when its own bound is half of that).
 #include "solve/form_factor.hpp"
 
 #include <gtest/gtest.h>

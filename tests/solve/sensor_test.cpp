@@ -21,17 +21,20 @@ Verdict sensors_against(const std::string& id, const MeshOptions& mesh, std::uin
   SolveOptions options;
   options.mesh = mesh;
   options.samples = samples;
-  for (const auto& p : c.at("points")) options.sensors.push_back({oracle::vec(p.at("point")), oracle::vec(p.at("normal"))});
+  for (const auto& p : c.at("points"))
+    options.sensors.push_back({oracle::vec(p.at("point")), oracle::vec(p.at("normal"))});
   Device device;
   const Solution s = solve(device, oracle::scene_of(c.at("scene")), options);
   Verdict v;
   double squares = 0, mean = 0;
   for (std::size_t i = 0; i < s.sensors.size(); ++i)
     for (std::uint32_t b = 0; b < 3; ++b) {
-      const double expected = c.at("points").at(i).at("H").at(b), error = s.sensors[i].irradiance[b] - expected;
+      const double expected = c.at("points").at(i).at("H").at(b),
+                   error = s.sensors[i].irradiance[b] - expected;
       squares += error * error;
       mean += expected;
-      if (std::abs(error) / expected > v.worst) v.worst = std::abs(error) / expected, v.where = c.at("points").at(i).at("name");
+      if (std::abs(error) / expected > v.worst)
+        v.worst = std::abs(error) / expected, v.where = c.at("points").at(i).at("name");
     }
   const double n = 3.0 * double(s.sensors.size());
   v.rms = std::sqrt(squares / n) / (mean / n);
@@ -54,7 +57,8 @@ TEST(Sensor, CornellBoxWithinThreePercentAtEveryPoint) {
 
 // A coarser mesh is worse: halving the patches twice must not leave the error where it was.
 TEST(Sensor, ConvergesAsTheMeshIsRefined) {
-  const Verdict coarse = sensors_against("C-block-room-1", {2, 0.5}, 4), fine = sensors_against("C-block-room-1", {0.5, 0.125}, 4);
+  const Verdict coarse = sensors_against("C-block-room-1", {2, 0.5}, 4),
+                fine = sensors_against("C-block-room-1", {0.5, 0.125}, 4);
   EXPECT_LT(fine.rms, 0.6 * coarse.rms) << coarse.rms << " -> " << fine.rms;
 }
 
@@ -65,12 +69,14 @@ TEST(Sensor, FurnaceIrradianceIsTheSameEverywhere) {
   options.mesh = {0.5, 0.25};
   options.samples = 1;
   options.converge = 1e-5;
-  options.sensors = {{{0.5, 0.5, 0.5}, {0, 0, 1}},   {{0.5, 0.5, 0}, {0, 0, 1}},    {{0.1, 0.2, 0.3}, {1, 2, -3}},
-                     {{0, 0.5, 0.5}, {1, 0, 0}},     {{1e-4, 1e-4, 0}, {0, 0, 1}},  {{1e-3, 0.5, 1e-3}, {0, 0, 1}}};
+  options.sensors = {{{0.5, 0.5, 0.5}, {0, 0, 1}},  {{0.5, 0.5, 0}, {0, 0, 1}},
+                     {{0.1, 0.2, 0.3}, {1, 2, -3}}, {{0, 0.5, 0.5}, {1, 0, 0}},
+                     {{1e-4, 1e-4, 0}, {0, 0, 1}},  {{1e-3, 0.5, 1e-3}, {0, 0, 1}}};
   Device device;
   const Solution s = solve(device, oracle::box_scene({1, 1, 1}, {0.5}, {1}), options);
   for (const auto& sensor : s.sensors) {
-    EXPECT_NEAR(sensor.irradiance[0], 2, 2e-4) << sensor.position_m.x << " " << sensor.position_m.y << " " << sensor.position_m.z;
+    EXPECT_NEAR(sensor.irradiance[0], 2, 2e-4)
+        << sensor.position_m.x << " " << sensor.position_m.y << " " << sensor.position_m.z;
     EXPECT_LT(sensor.irradiance_error[0], 1e-2);
   }
 }

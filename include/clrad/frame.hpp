@@ -2,10 +2,10 @@
 /// is spent on the scene and not on where it stands.
 #pragma once
 #include <algorithm>
-#include <clrad/scene.hpp>
 #include <cmath>
 #include <glm/common.hpp>
 #include <limits>
+#include "clrad/scene.hpp"
 
 namespace clrad {
 
