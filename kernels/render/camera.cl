@@ -12,16 +12,12 @@
 /* camera[]: base hi, base lo, forward, right x tan x aspect, up x tan (three each), box low, box high, then
  * the base's distance along `forward` from the eye, and 1 where rays start at the eye itself; see host/render/camera.cpp. */
 
-uint reversed(uint x) {
-  x = (x >> 16) | (x << 16);
-  x = ((x & 0xff00ff00u) >> 8) | ((x & 0x00ff00ffu) << 8);
-  x = ((x & 0xf0f0f0f0u) >> 4) | ((x & 0x0f0f0f0fu) << 4);
-  x = ((x & 0xccccccccu) >> 2) | ((x & 0x33333333u) << 2);
-  return ((x & 0xaaaaaaaau) >> 1) | ((x & 0x55555555u) << 1);
+/* The digits of k in base two, mirrored at the point: exact, as samples are fewer than 2^24. */
+REAL radical_inverse(uint k) {
+  REAL value = 0;
+  for (REAL digit = (REAL)0.5f; k != 0; k >>= 1, digit *= (REAL)0.5f) value += k & 1 ? digit : (REAL)0;
+  return value;
 }
-
-/* 24 bits as a number in [0, 1): exact in float. */
-REAL unit24(uint bits) { return (REAL)(bits >> 8) * (REAL)(1.0f / 16777216.0f); }
 
 /* Narrows [*enter, *leave] to the part of base + s direction inside one slab. */
 void slab(REAL base, REAL direction, REAL low, REAL high, REAL* enter, REAL* leave) {
@@ -43,7 +39,7 @@ __kernel void camera_rays(__global const REAL* camera, uint width, uint height, 
   const uint column = pixel % width, row = pixel / width;
 
   const REAL jx = ((REAL)k + (REAL)0.5f) / (REAL)samples;
-  const REAL jy = unit24(reversed(k)) + (REAL)0.5f / (REAL)samples;
+  const REAL jy = radical_inverse(k) + (REAL)0.5f / (REAL)samples;
   const REAL x = (REAL)2 * ((REAL)column + jx) / (REAL)width - (REAL)1;
   const REAL y = (REAL)1 - (REAL)2 * ((REAL)row + jy) / (REAL)height;
 

@@ -12,9 +12,11 @@
 
 namespace clrad::test {
 
-/// One device per precision for all tests: kernels are compiled once.
+/// One device per precision for all tests: kernels are compiled once. Never destroyed: at the program's end
+/// the driver may be gone before them.
 inline Device& device(Precision precision = Precision::float32) {
-  static Device single({.precision = Precision::float32}), twice({.precision = Precision::float64});
+  static Device& single = *new Device({.precision = Precision::float32});
+  static Device& twice = *new Device({.precision = Precision::float64});
   return precision == Precision::float64 ? twice : single;
 }
 
