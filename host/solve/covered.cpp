@@ -113,4 +113,13 @@ std::vector<std::uint8_t> covered_vertices(Device& device, const Scene& scene, c
   return result;
 }
 
+std::vector<double> exposed_shares(const Mesh& mesh, const std::vector<std::uint8_t>& covered) {
+  std::vector<double> exposed(mesh.patches.size(), 0);
+  for (const Element& e : mesh.elements)
+    for (int k = 0; k < 4; ++k)
+      if (e.vertex[k] != 0xffffffffu && !covered[e.vertex[k]])
+        exposed[e.patch] += e.area_m2 / mesh.patches[e.patch].area_m2 * e.weight[k];
+  return exposed;
+}
+
 }  // namespace clrad

@@ -12,8 +12,12 @@ namespace clrad {
 /// vertex gets no rays: visibility ignores its own plane and would look through what covers it.
 std::vector<std::uint32_t> overlaid_vertices(const Scene& scene, const Mesh& mesh);
 
+/// Per patch, the share of its area that nothing covers, by the weights that average vertices over it. What a patch
+/// reflects leaves from there: its radiosity is rho x mean irradiance / this share.
+std::vector<double> exposed_shares(const Mesh& mesh, const std::vector<std::uint8_t>& covered);
+
 /// 1 where the vertex is overlaid, or where each of 16 rays over its hemisphere meets the back of a surface first: it
-/// lies under or inside a solid. Only used to draw: what is inside is dark because the solid's backs are opaque.
+/// lies under or inside a solid. No light comes there.
 std::vector<std::uint8_t> covered_vertices(Device& device, const Scene& scene, const Mesh& mesh,
                                            const std::vector<OccluderTriangle>& triangles,
                                            VisibilityEngine& engine,

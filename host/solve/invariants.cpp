@@ -36,9 +36,9 @@ void account_energy(SolveState& state, Solution& solution) {
       const Patch& patch = state.mesh.patches[p];
       const Material& m = state.scene.materials[state.scene.polygons[patch.polygon].material];
       const std::size_t i = std::size_t(b) * state.patches + p;
-      emitted += patch.area_m2 * m.emitted_exitance[b];
+      emitted += patch.area_m2 * state.exposed[p] * m.emitted_exitance[b];
       absorbed += patch.area_m2 * (1 - m.reflectance[b]) * solution.patch_irradiance[i];
-      left += patch.area_m2 * unshot[i];
+      left += patch.area_m2 * state.exposed[p] * unshot[i];
     }
     energy.emitted.push_back(emitted);
     energy.absorbed.push_back(absorbed);

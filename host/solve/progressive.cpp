@@ -126,7 +126,7 @@ Solution solve(Device& device, const Scene& scene, const SolveOptions& options) 
   const auto overlaid = overlaid_vertices(scene, solution.mesh);
   solution.vertex_covered = covered_vertices(device, scene, solution.mesh, triangles, *engine, overlaid);
 
-  SolveState state(device, scene, solution.mesh, solution.bands, *engine, options, overlaid,
+  SolveState state(device, scene, solution.mesh, solution.bands, *engine, options, solution.vertex_covered,
                    solution.frame.metres());
   solution.report.seconds.build = since(start);
   const auto shooting = Clock::now();

@@ -5,6 +5,7 @@
 #include <glm/geometric.hpp>
 
 #include "clrad/primitives.hpp"
+#include "solve/covered.hpp"
 #include "solve/form_factor.hpp"
 
 namespace clrad {
@@ -46,6 +47,7 @@ Nodes make_nodes(const Solution& solution, std::span<const std::uint32_t> planes
   const double unit = solution.frame.metres();
   nodes.radiosity.resize(count * solution.bands);
   nodes.brightness.resize(count);
+  const std::vector<double> exposed = exposed_shares(mesh, solution.vertex_covered);
   for (std::size_t p = 0; p < patches; ++p) {
     const Patch& patch = mesh.patches[p];
     const Polygon& polygon = solution.scene.polygons[patch.polygon];
@@ -55,7 +57,8 @@ Nodes make_nodes(const Solution& solution, std::span<const std::uint32_t> planes
     const Material& m = solution.scene.materials[polygon.material];
     for (std::uint32_t b = 0; b < solution.bands; ++b)
       nodes.radiosity[b * count + p] =
-          m.emitted_exitance[b] + m.reflectance[b] * solution.patch_irradiance[b * patches + p];
+          m.emitted_exitance[b] +
+          (exposed[p] > 0 ? m.reflectance[b] / exposed[p] : 0) * solution.patch_irradiance[b * patches + p];
   }
   nodes.first_element.push_back(std::uint32_t(mesh.elements.size()));
   for (std::size_t e = 0; e < mesh.elements.size(); ++e) {
@@ -69,8 +72,13 @@ Nodes make_nodes(const Solution& solution, std::span<const std::uint32_t> planes
              element.area_m2 / (unit * unit), planes[polygon]);
     for (std::uint32_t b = 0; b < solution.bands; ++b) {
       double& radiosity = nodes.radiosity[b * count + patches + e];
+      double seen = 0;
       for (std::uint32_t k = 0; k < corners; ++k)
-        radiosity += element.weight[k] * solution.vertex_radiosity(b, element.vertex[k], polygon);
+        if (!solution.vertex_covered[element.vertex[k]]) {
+          radiosity += element.weight[k] * solution.vertex_radiosity(b, element.vertex[k], polygon);
+          seen += element.weight[k];
+        }
+      if (seen > 0) radiosity /= seen;
     }
   }
   for (std::size_t i = 0; i < count; ++i)

@@ -17,7 +17,7 @@ void grow(ArrayType& array, Device& device, std::uint64_t count, const char* wha
 std::uint32_t emit(SolveState& state, const Shooter& shooter) {
   const auto stage = state.device.stage("emit rays to the receivers that face the shooter");
   facing(state.device, shooter, state.receivers, state.vertices, state.facing);
-  state.device.run("solve/emit.cl", "drop_overlaid", state.vertices, state.facing, state.overlaid,
+  state.device.run("solve/emit.cl", "drop_covered", state.vertices, state.facing, state.covered,
                    state.vertices);
   return compact(state.device, state.facing.buffer(), state.vertices, state.active.buffer());
 }

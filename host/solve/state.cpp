@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "solve/covered.hpp"
+
 namespace clrad {
 
 SolveState::SolveState(Device& device_, const Scene& scene_, const Mesh& mesh_, std::uint32_t bands_,
                        VisibilityEngine& engine_, const SolveOptions& options_,
-                       const std::vector<std::uint32_t>& overlaid_, double metres_per_unit_)
+                       const std::vector<std::uint8_t>& covered_, double metres_per_unit_)
     : device(device_),
       scene(scene_),
       mesh(mesh_),
@@ -18,8 +20,9 @@ SolveState::SolveState(Device& device_, const Scene& scene_, const Mesh& mesh_, 
       options(options_),
       metres_per_unit(metres_per_unit_),
       receivers(device_, mesh_.receivers, "receivers"),
-      overlaid(device_, overlaid_, "overlaid vertices"),
+      covered(device_, std::vector<std::uint32_t>(covered_.begin(), covered_.end()), "covered vertices"),
       gatherer(device_, mesh_),
+      exposed(exposed_shares(mesh_, covered_)),
       patch_area(device_, patches, "patch areas"),
       patch_rho(device_, std::uint64_t(bands_) * patches, "patch reflectances"),
       unshot(device_, std::uint64_t(bands_) * patches, "unshot radiosity"),
@@ -42,11 +45,13 @@ SolveState::SolveState(Device& device_, const Scene& scene_, const Mesh& mesh_, 
   for (std::uint32_t p = 0; p < patches; ++p) {
     const Patch& patch = mesh.patches[p];
     const Material& material = scene.materials[scene.polygons[patch.polygon].material];
-    area.push_back(patch.area_m2);
+    // What is covered neither shoots nor reflects: radiosity is that of the exposed part.
+    const double share = exposed[p];
+    area.push_back(patch.area_m2 * share);
     for (std::uint32_t b = 0; b < bands; ++b) {
-      rho[std::size_t(b) * patches + p] = material.reflectance[b];
+      rho[std::size_t(b) * patches + p] = share > 0 ? material.reflectance[b] / share : 0;
       emitted[std::size_t(b) * patches + p] = material.emitted_exitance[b];
-      emitted_power += patch.area_m2 * material.emitted_exitance[b];
+      emitted_power += patch.area_m2 * share * material.emitted_exitance[b];
     }
   }
   patch_area.upload(area);

@@ -18,8 +18,8 @@ namespace clrad {
 class SolveState {
  public:
   SolveState(Device& device, const Scene& scene, const Mesh& mesh, std::uint32_t bands,
-             VisibilityEngine& engine, const SolveOptions& options,
-             const std::vector<std::uint32_t>& overlaid, double metres_per_unit);
+             VisibilityEngine& engine, const SolveOptions& options, const std::vector<std::uint8_t>& covered,
+             double metres_per_unit);
 
   Device& device;
   const Scene& scene;
@@ -30,9 +30,10 @@ class SolveState {
   const double metres_per_unit;  ///< length of one frame unit
 
   PointArray receivers;
-  Array<std::uint32_t> overlaid;
+  Array<std::uint32_t> covered;
   Gatherer gatherer;
 
+  std::vector<double> exposed;      ///< [patch], share of the area that nothing covers
   RealArray patch_area, patch_rho;  ///< [patch], [band][patch]
   RealArray unshot, unshot_lost;    ///< [band][patch]
   RealArray patch_irradiance, patch_irradiance_lost;

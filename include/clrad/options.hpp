@@ -34,7 +34,7 @@ struct SolveOptions {
   std::string engine =
       "auto";  ///< serial, chop, or auto: serial up to 2000 triangles, where it is the faster of the two
   Estimator estimator = Estimator::exact;
-  std::uint32_t samples = 16;         ///< rays from a receiver to a shooter
+  std::uint32_t samples = 4;          ///< rays from a receiver to a shooter
   std::uint32_t light_samples = 256;  ///< a shooter gets more than `samples` until one sample carries less
                                       ///< than 1/this of the emitted power
   double converge = 1e-3;             ///< stop when unshot / emitted power is below

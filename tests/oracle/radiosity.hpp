@@ -30,12 +30,18 @@ inline double point_form_factor(const glm::dvec3& p, const glm::dvec3& n,
 }
 
 /// B of every patch when each patch's column is averaged over its elements as the mesh says:
-/// (I - diag(rho) F) B = E, solved directly. `visible(receiver, patch)` is the visible share, 1 in a convex scene.
+/// (I - diag(rho) F) B = E, solved directly. `visible(receiver, patch)` is the visible share, 1 in a convex scene;
+/// covered vertices receive nothing, and B is that of the part of a patch that nothing covers.
 inline Eigen::VectorXd patch_radiosity(const Scene& scene, const Mesh& mesh, std::uint32_t band,
+                                       const std::vector<std::uint8_t>& covered,
                                        const std::function<double(std::uint32_t, std::uint32_t)>& visible) {
   const auto n = Eigen::Index(mesh.patches.size());
   Eigen::MatrixXd a = Eigen::MatrixXd::Identity(n, n);
-  Eigen::VectorXd e(n);
+  Eigen::VectorXd e(n), exposed = Eigen::VectorXd::Zero(n);
+  for (const Element& element : mesh.elements)
+    for (int k = 0; k < 4; ++k)
+      if (element.vertex[k] != 0xffffffffu && !covered[element.vertex[k]])
+        exposed(element.patch) += element.area_m2 / mesh.patches[element.patch].area_m2 * element.weight[k];
   for (Eigen::Index j = 0; j < n; ++j) {
     const Patch& shooter = mesh.patches[std::size_t(j)];
     const std::vector<glm::dvec3> corners(shooter.corner.begin(), shooter.corner.begin() + shooter.corners);
@@ -44,12 +50,13 @@ inline Eigen::VectorXd patch_radiosity(const Scene& scene, const Mesh& mesh, std
     std::vector<double> column(mesh.vertex_count());
     for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) {
       const Point& r = mesh.receivers[v];
-      if (r.plane == plane || glm::dot(r.position - corners[0], normal) <= 0) continue;
+      if (covered[v] || r.plane == plane || glm::dot(r.position - corners[0], normal) <= 0) continue;
       column[v] = point_form_factor(r.position, r.normal, corners) * visible(v, std::uint32_t(j));
     }
     for (const Element& element : mesh.elements) {
       const Patch& patch = mesh.patches[element.patch];
-      const double rho = scene.materials[scene.polygons[patch.polygon].material].reflectance[band];
+      const double rho =
+          scene.materials[scene.polygons[patch.polygon].material].reflectance[band] / exposed(element.patch);
       for (int k = 0; k < 4; ++k)
         if (element.vertex[k] != 0xffffffffu)
           a(element.patch, j) -=

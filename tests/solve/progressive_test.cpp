@@ -10,6 +10,7 @@
 #include "oracle/rational_visibility.hpp"
 #include "oracle/reference.hpp"
 #include "scene/planes.hpp"
+#include "solve/covered.hpp"
 #include "solve/shooter.hpp"
 
 namespace clrad {
@@ -94,7 +95,8 @@ TEST(Progressive, AgreesWithTheScalarOracle) {
   options.samples = 1;
   options.converge = 1e-6;
   const Solution s = solve(device, scene, options);
-  const auto expected = oracle::patch_radiosity(scene, s.mesh, 0, [](auto, auto) { return 1.0; });
+  const auto expected =
+      oracle::patch_radiosity(scene, s.mesh, 0, s.vertex_covered, [](auto, auto) { return 1.0; });
   for (std::size_t p = 0; p < s.mesh.patches.size(); ++p) {
     const Material& m = scene.materials[scene.polygons[s.mesh.patches[p].polygon].material];
     EXPECT_NEAR(m.emitted_exitance[0] + m.reflectance[0] * s.patch_irradiance[p], expected(Eigen::Index(p)),
@@ -136,12 +138,13 @@ TEST(Progressive, AgreesWithTheScalarOracleWhereThingsAreOccluded) {
     // No sample above the horizon: the clipped shooter's centroid decides; at nine samples its factor is a sliver's.
     return all > 0 ? sum / all : 1;
   };
-  const auto expected = oracle::patch_radiosity(scene, s.mesh, 0, visible);
+  const auto expected = oracle::patch_radiosity(scene, s.mesh, 0, s.vertex_covered, visible);
   EXPECT_GT(hidden, 1000);
   EXPECT_GT(seen, 1000);
+  const std::vector<double> exposed = exposed_shares(s.mesh, s.vertex_covered);
   for (std::size_t p = 0; p < s.mesh.patches.size(); ++p) {
     const Material& m = scene.materials[scene.polygons[s.mesh.patches[p].polygon].material];
-    const double radiosity = m.emitted_exitance[0] + m.reflectance[0] * s.patch_irradiance[p];
+    const double radiosity = m.emitted_exitance[0] + m.reflectance[0] / exposed[p] * s.patch_irradiance[p];
     EXPECT_NEAR(radiosity, expected(Eigen::Index(p)), 1e-4 * expected(Eigen::Index(p)) + 1e-6)
         << "patch " << p;
   }
