@@ -13,7 +13,7 @@ namespace {
 
 constexpr const char* file = "solve/sensor.cl";
 // A patch closer than this many of its diameters is gathered by elements.
-constexpr double near_diameters = 1.5;
+constexpr double near_diameters = 6.0;
 
 // Patches, then elements, as the kernels want them.
 struct Nodes {

@@ -131,17 +131,22 @@ __kernel void sensor_visible(__global const uint* ray_offsets, __global const RE
   const uint i = get_global_id(0);
   if (i >= pairs) return;
   REAL seen = 0, all = 0, squares = 0;
+  const uint rays = ray_offsets[i + 1] - ray_offsets[i];
+  uint open_rays = 0;
   for (uint k = ray_offsets[i]; k < ray_offsets[i + 1]; k++) {
     const REAL w = kernel_of[k];
     all += w;
     squares += w * w;
-    if (!(masks[k] & 1)) seen += w;
+    if (!(masks[k] & 1)) {
+      seen += w;
+      open_rays++;
+    }
   }
   const REAL f = factor[i];
-  const REAL p = all > 0 ? seen / all : 0;
-  const int few = ray_offsets[i + 1] - ray_offsets[i] < 2;
+  /* A sliver above the horizon that no ray's end lies in: the rays to the rest of the node speak for it. */
+  const REAL p = all > 0 ? seen / all : rays > 0 ? (REAL)open_rays / rays : 0;
   visible[i] = f * p;
-  variance[i] = all > 0 ? f * f * (few ? CLRAD_R(0.25) : p * (1 - p) * squares / (all * all)) : 0;
+  variance[i] = f * f * (rays < 2 || !(all > 0) ? CLRAD_R(0.25) : p * (1 - p) * squares / (all * all));
 }
 
 /* H and its variance: one work-item a (sensor, band), over the sensor's pairs in order. */

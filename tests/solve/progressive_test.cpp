@@ -68,7 +68,9 @@ TEST(Progressive, BoxesWithConstantPatches) {
     glm::dvec3 high(0);
     for (const auto& p : scene.polygons)
       for (std::uint32_t k = 0; k < p.corners; ++k) high = glm::max(high, p.corner[k]);
-    SolveOptions options = one_patch_a_face(std::max({high.x, high.y, high.z}), 32);
+    // At least 32 elements along every edge.
+    SolveOptions options = one_patch_a_face(std::max({high.x, high.y, high.z}), 1);
+    options.mesh.element_edge_m = std::min({high.x, high.y, high.z}) / 32;
     options.converge = 1e-6;
     const Solution s = solve(device, scene, options);
     ASSERT_EQ(s.mesh.patches.size(), 6u);

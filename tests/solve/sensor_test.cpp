@@ -41,16 +41,16 @@ Verdict sensors_against(const std::string& id, const MeshOptions& mesh, std::uin
   return v;
 }
 
-// The bar is 3 % at every point at settings that take under a minute; these take a few seconds. The reference's own
+// The bar is 3 % at every point at settings that take under a minute; the defaults take seconds. The reference's own
 // standard error is below 0.2 %.
 TEST(Sensor, BlockRoomWithinThreePercentAtEveryPoint) {
-  const Verdict v = sensors_against("C-block-room-1", {0.5, 0.0625}, 4);
+  const Verdict v = sensors_against("C-block-room-1", {}, 4);
   EXPECT_LT(v.worst, 0.03) << v.where;
   std::printf("block room: worst %.3g at %s, rms %.3g\n", v.worst, v.where.c_str(), v.rms);
 }
 
 TEST(Sensor, CornellBoxWithinThreePercentAtEveryPoint) {
-  const Verdict v = sensors_against("C-cornell-1", {0.07, 0.01}, 4);
+  const Verdict v = sensors_against("C-cornell-1", {}, 4);
   EXPECT_LT(v.worst, 0.03) << v.where;
   std::printf("Cornell box: worst %.3g at %s, rms %.3g\n", v.worst, v.where.c_str(), v.rms);
 }
@@ -77,7 +77,7 @@ TEST(Sensor, FurnaceIrradianceIsTheSameEverywhere) {
   for (const auto& sensor : s.sensors) {
     EXPECT_NEAR(sensor.irradiance[0], 2, 2e-4)
         << sensor.position_m.x << " " << sensor.position_m.y << " " << sensor.position_m.z;
-    EXPECT_LT(sensor.irradiance_error[0], 1e-2);
+    EXPECT_LT(sensor.irradiance_error[0], 2e-2);
   }
 }
 
