@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "cli/cli.hpp"
+#include "version.hpp"
 
 int main(int argc, char** argv) {
   using namespace clrad;
@@ -8,7 +9,7 @@ int main(int argc, char** argv) {
       "clrad: data-parallel radiosity. Finds how the diffuse surfaces of a scene light each other and gives "
       "pictures, numbers "
       "and files that other tools open.\n");
-  app.set_version_flag("--version", "clrad " CLRAD_VERSION);
+  app.set_version_flag("--version", std::string("clrad ") + version);
   app.require_subcommand(1);
   app.footer(
       "Examples:\n"

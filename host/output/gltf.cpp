@@ -10,6 +10,7 @@
 
 #include "clrad/output.hpp"
 #include "output/tone.hpp"
+#include "version.hpp"
 
 namespace clrad {
 namespace {
@@ -187,7 +188,7 @@ Asset build(const Solution& solution) {
   const bool photometric = solution.scene.quantity == Quantity::photometric;
   Asset asset;
   Json& json = asset.json;
-  json["asset"] = {{"version", "2.0"}, {"generator", "clrad " CLRAD_VERSION}};
+  json["asset"] = {{"version", "2.0"}, {"generator", std::string("clrad ") + version}};
   json["asset"]["extras"] = {{"quantity", photometric ? "photometric" : "radiometric"},
                              {"unit", photometric ? "lm/m^2" : "W/m^2"},
                              {"bands", solution.scene.bands}};

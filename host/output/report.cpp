@@ -2,6 +2,7 @@
 #include <nlohmann/json.hpp>
 
 #include "clrad/output.hpp"
+#include "version.hpp"
 
 namespace clrad {
 namespace {
@@ -91,7 +92,7 @@ std::string report_json(const Solution& solution) {
   const Units units(solution.scene.quantity);
   Json json;
   json["schema"] = "clrad-report-1";
-  json["program"] = {{"version", CLRAD_VERSION}, {"commit", CLRAD_COMMIT}};
+  json["program"] = {{"version", version}, {"commit", commit}};
   json["scene"] = scene_json(solution);
   json["device"] = device_json(report.device);
   json["options"] = Json::object();
