@@ -67,6 +67,10 @@ void add_arguments(CLI::App& verb, Arguments& a) {
       ->check(CLI::PositiveNumber)
       ->group(accuracy);
 
+  verb.add_flag("!--no-near-field", a.solve.near_field,
+                "light vertices by the average of a patch however near it is")
+      ->group(accuracy);
+
   const char* picture = "Picture";
   verb.add_option("--camera", a.camera, "a camera of the scene, or ex,ey,ez,tx,ty,tz[,degrees]")
       ->group(picture);

@@ -67,6 +67,7 @@ ChosenDevice choose_device(const DeviceOptions& options) {
         "no OpenCL device found. On Debian, `apt install pocl-opencl-icd` gives one that runs on the CPU; "
         "a GPU needs its vendor's driver. `clrad devices` lists what there is.");
   std::vector<DeviceInfo> infos;
+  infos.reserve(devices.size());
   for (const auto& device : devices) infos.push_back(describe_device(device, unsigned(infos.size())));
 
   std::size_t chosen = devices.size();

@@ -12,6 +12,7 @@
 #include "scene/planes.hpp"
 #include "solve/covered.hpp"
 #include "solve/invariants.hpp"
+#include "solve/near_field.hpp"
 #include "solve/sensor.hpp"
 #include "solve/shoot.hpp"
 
@@ -134,6 +135,10 @@ Solution solve(Device& device, const Scene& scene, const SolveOptions& options) 
   deliver_pending(state);
   solution.vertex_irradiance = state.vertex_irradiance.download();
   solution.patch_irradiance = state.patch_irradiance.download();
+  if (options.near_field) {
+    gather_near_field(state, solution);
+    solution.vertex_irradiance = state.vertex_irradiance.download();
+  }
   solution.sensors = gather_at_sensors(device, solution, planes, *engine, options);
   solution.report.seconds.solve = since(shooting);
 

@@ -5,8 +5,7 @@
 #include <glm/geometric.hpp>
 
 #include "clrad/primitives.hpp"
-#include "solve/covered.hpp"
-#include "solve/form_factor.hpp"
+#include "solve/nodes.hpp"
 
 namespace clrad {
 namespace {
@@ -14,77 +13,6 @@ namespace {
 constexpr const char* file = "solve/sensor.cl";
 // A patch closer than this many of its diameters is gathered by elements.
 constexpr double near_diameters = 6.0;
-
-// Patches, then elements, as the kernels want them.
-struct Nodes {
-  std::vector<Point> corners;      // 4 a node
-  std::vector<double> shooters;    // shooter_record() of each
-  std::vector<double> radiosity;   // [band][node]
-  std::vector<double> brightness;  // [node], bands summed
-  std::vector<std::uint32_t> first_element;
-};
-
-void add_node(Nodes& nodes, std::uint32_t corners, const glm::dvec3* corner, const glm::dvec3& normal,
-              double area, std::uint32_t plane) {
-  Shooter shooter;
-  shooter.corners = corners;
-  for (std::uint32_t k = 0; k < 4; ++k) {
-    const glm::dvec3& c = corner[std::min(k, corners - 1)];
-    if (k < corners) shooter.corner[k] = c;
-    nodes.corners.push_back({c, normal, plane, 0xffffffffu});
-  }
-  shooter.normal = normal;
-  shooter.area = area;
-  shooter.plane = plane;
-  const auto record = shooter_record(shooter);
-  nodes.shooters.insert(nodes.shooters.end(), record.begin(), record.end());
-}
-
-Nodes make_nodes(const Solution& solution, std::span<const std::uint32_t> planes) {
-  Nodes nodes;
-  const Mesh& mesh = solution.mesh;
-  const std::size_t patches = mesh.patches.size(), count = patches + mesh.elements.size();
-  const double unit = solution.frame.metres();
-  nodes.radiosity.resize(count * solution.bands);
-  nodes.brightness.resize(count);
-  const std::vector<double> exposed = exposed_shares(mesh, solution.vertex_covered);
-  for (std::size_t p = 0; p < patches; ++p) {
-    const Patch& patch = mesh.patches[p];
-    const Polygon& polygon = solution.scene.polygons[patch.polygon];
-    nodes.first_element.push_back(patch.first_element);
-    add_node(nodes, patch.corners, patch.corner.data(), polygon.normal(), patch.area_m2 / (unit * unit),
-             planes[patch.polygon]);
-    const Material& m = solution.scene.materials[polygon.material];
-    for (std::uint32_t b = 0; b < solution.bands; ++b)
-      nodes.radiosity[b * count + p] =
-          m.emitted_exitance[b] +
-          (exposed[p] > 0 ? m.reflectance[b] / exposed[p] : 0) * solution.patch_irradiance[b * patches + p];
-  }
-  nodes.first_element.push_back(std::uint32_t(mesh.elements.size()));
-  for (std::size_t e = 0; e < mesh.elements.size(); ++e) {
-    const Element& element = mesh.elements[e];
-    const std::uint32_t polygon = mesh.patches[element.patch].polygon;
-    const std::uint32_t corners = element.vertex[3] == 0xffffffffu ? 3 : 4;
-    glm::dvec3 corner[4];
-    for (std::uint32_t k = 0; k < corners; ++k)
-      corner[k] = solution.frame.to_frame(mesh.position_m[element.vertex[k]]);
-    add_node(nodes, corners, corner, solution.scene.polygons[polygon].normal(),
-             element.area_m2 / (unit * unit), planes[polygon]);
-    for (std::uint32_t b = 0; b < solution.bands; ++b) {
-      double& radiosity = nodes.radiosity[b * count + patches + e];
-      double seen = 0;
-      for (std::uint32_t k = 0; k < corners; ++k)
-        if (!solution.vertex_covered[element.vertex[k]]) {
-          radiosity += element.weight[k] * solution.vertex_radiosity(b, element.vertex[k], polygon);
-          seen += element.weight[k];
-        }
-      if (seen > 0) radiosity /= seen;
-    }
-  }
-  for (std::size_t i = 0; i < count; ++i)
-    for (std::uint32_t b = 0; b < solution.bands; ++b) nodes.brightness[i] += nodes.radiosity[b * count + i];
-  return nodes;
-}
 
 // A sensor within the grid's rounding of a polygon that faces its way lies on it, and ignores its plane.
 std::uint32_t plane_under(const Solution& solution, std::span<const std::uint32_t> planes,
@@ -123,7 +51,7 @@ std::vector<SensorResult> gather_at_sensors(Device& device, const Solution& solu
     const glm::dvec3 position = solution.frame.to_frame(s.position_m), normal = glm::normalize(s.normal);
     points.push_back({position, normal, plane_under(solution, planes, position, normal), 0xffffffffu});
   }
-  const Nodes nodes = make_nodes(solution, planes);
+  const Nodes nodes = make_nodes(solution);
   const auto patches = std::uint32_t(solution.mesh.patches.size());
   const auto node_count = std::uint32_t(nodes.brightness.size());
   const auto sensors = std::uint32_t(points.size());

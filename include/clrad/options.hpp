@@ -41,6 +41,7 @@ struct SolveOptions {
   std::uint64_t seed = 1;
   std::vector<Sensor> sensors;
   std::uint32_t sensor_rays = 8192;  ///< rays from a sensor, shared out by what each surface brings
+  bool near_field = true;            ///< vertices next to a patch see its elements, not its average
   bool strict = false;               ///< a violated invariant is an error, not a warning
   /// Called after every shoot; returning false stops the solve with a valid partial result.
   std::function<bool(const Progress&)> progress;

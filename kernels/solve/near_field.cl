@@ -1,0 +1,43 @@
+/* Light from a patch that all but touches a receiver comes from its nearest elements, not from its average: without
+ * this, shading jumps along an edge where one patch of the neighbouring wall ends and the next begins.
+ *
+ * One work-item a receiver, for one shooter: where the receiver is nearer than `reach` to the shooter's box,
+ *   H += F shot (B_near / B_mean - 1),  B_near = sum F_e B_e / sum F_e  over the shooter's elements,
+ * with F the kept column (so what is hidden stays hidden) and F_e unoccluded. B_e counts an element's exposed part; an
+ * element that is covered has B_e < 0 and is left out. Arrays: radiosity[b * nodes + node], shot[b * patches + patch]. */
+#include "shared/factor.cl"
+
+#define CLRAD_MOST_BANDS 16
+
+__kernel void near_field(__global const CLRAD_POINT_T* receivers, __global const REAL* column,
+                         __global const REAL* shooters, uint first_node, uint elements, __global const REAL* radiosity,
+                         uint nodes, __global const REAL* mean, __global const REAL* shot, uint patch, uint patches,
+                         __global const REAL* box, REAL reach, __global REAL* irradiance, uint vertices, uint bands) {
+  const uint v = get_global_id(0);
+  if (v >= vertices) return;
+  const REAL f = column[v];
+  if (f == 0) return;
+  const CLRAD_POINT_T p = receivers[v];
+  const REAL at[3] = {p.x, p.y, p.z};
+  REAL d2 = 0;
+  for (int a = 0; a < 3; a++) {
+    const REAL low = box[6 * patch + a] - at[a], high = at[a] - box[6 * patch + 3 + a];
+    const REAL d = low > 0 ? low : high > 0 ? high : 0;
+    d2 += d * d;
+  }
+  if (d2 > reach * reach) return;
+  REAL all = 0, sum[CLRAD_MOST_BANDS];
+  for (uint b = 0; b < bands; b++) sum[b] = 0;
+  for (uint e = first_node; e < first_node + elements; e++) {
+    if (radiosity[e] < 0) continue;
+    const REAL part = clrad_exact_factor(shooters + (ulong)e * CLRAD_SHOOTER_SIZE, clrad_make(p.x, p.y, p.z),
+                                         clrad_make(p.x_lo, p.y_lo, p.z_lo), clrad_make(p.nx, p.ny, p.nz));
+    all += part;
+    for (uint b = 0; b < bands; b++) sum[b] += part * radiosity[(ulong)b * nodes + e];
+  }
+  if (!(all > 0)) return;
+  for (uint b = 0; b < bands; b++) {
+    const REAL average = mean[b * patches + patch];
+    if (average > 0) irradiance[(ulong)b * vertices + v] += f * shot[b * patches + patch] * (sum[b] / (all * average) - 1);
+  }
+}
