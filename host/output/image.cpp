@@ -21,7 +21,7 @@ std::string lower_ending(const std::string& path) {
 
 // The file's bytes, made in memory: what reaches the disk is whole.
 std::string encoded(const std::string& path, const std::string& format, const OIIO::ImageSpec& spec,
-                    OIIO::TypeDesc type, const void* pixels) {
+                    const OIIO::TypeDesc& type, const void* pixels) {
   const auto out = OIIO::ImageOutput::create(format);
   if (!out) throw DeviceError(fmt::format("cannot write {}: OpenImageIO has no {} writer", path, format));
   std::vector<unsigned char> bytes;

@@ -63,8 +63,9 @@ std::vector<std::array<double, 2>> unit_samples(std::uint32_t n, std::uint64_t s
     double u, v;
     if (grid) {
       u = (k % columns + random_at(seed, 2 * k)) / columns;
-      v = (k / columns + random_at(seed, 2 * k + 1)) / rows;
-      keyed[k].first = morton(k % columns, k / columns);
+      const std::uint32_t row = k / columns;
+      v = (row + random_at(seed, 2 * k + 1)) / rows;
+      keyed[k].first = morton(k % columns, row);
     } else {
       u = random_at(seed, 0) + (k + 1) * 0.75487766624669276,
       v = random_at(seed, 1) + (k + 1) * 0.56984029099805327;

@@ -207,6 +207,19 @@ REAL clrad_corner_height(__global const REAL* shooter, uint corner, clrad_vector
   return clrad_pair_dot(normal, r).hi;
 }
 
+/* Whether that height is positive. A plain dot product tells unless it is small against the distance: the difference, the
+ * normal, the products and the sum make fewer than 8 roundings of |n| |r|. */
+int clrad_corner_above(__global const REAL* shooter, uint corner, clrad_vector n, clrad_vector n_lo, clrad_vector p,
+                       clrad_vector p_lo) {
+  __global const REAL* hi = shooter + CLRAD_SHOOTER_HI + 3 * corner;
+  __global const REAL* lo = shooter + CLRAD_SHOOTER_LO + 3 * corner;
+  const clrad_vector r = clrad_make((hi[0] - p.x) + (lo[0] - p_lo.x), (hi[1] - p.y) + (lo[1] - p_lo.y),
+                                    (hi[2] - p.z) + (lo[2] - p_lo.z));
+  const REAL height = clrad_dot(n, r), least = 16 * CLRAD_EPSILON;
+  if (height * height > least * least * clrad_dot(r, r)) return height > 0;
+  return clrad_corner_height(shooter, corner, n, n_lo, p, p_lo) > 0;
+}
+
 /* Distance of p from the shooter's plane, positive in front, in pairs: its absolute error is 2^-46 of the distance to the
  * shooter's first corner in float. */
 REAL clrad_height(__global const REAL* shooter, clrad_vector p, clrad_vector p_lo) {
