@@ -1,5 +1,5 @@
 /// Visibility tests a second of the engines: the Cornell box (light to receivers) and generated rooms full of
-/// boxes. Usage: bench_visibility [--quick] [--cores N] [--receivers N] [--profile] [--batch N] [--cells
+/// boxes. Usage: bench_visibility [-o FILE] [--quick] [--cores N] [--receivers N] [--profile] [--batch N] [--cells
 /// NxNxN] [--slab N]
 #include <fmt/format.h>
 
@@ -161,7 +161,7 @@ int main(int argc, char** argv) {
   int receivers = 20000;
   clrad::DeviceOptions device_options;
   clrad::ChopOptions chop_options;
-  std::string only;
+  std::string only, out = "out/bench/visibility.json";
   for (int i = 1; i < argc; ++i) {
     const std::string a = argv[i];
     const auto value = [&] { return i + 1 < argc ? argv[++i] : "0"; };
@@ -177,6 +177,8 @@ int main(int argc, char** argv) {
       chop_options.rays_per_batch = unsigned(std::atoi(value()));
     else if (a == "--slab")
       chop_options.slab = unsigned(std::atoi(value()));
+    else if (a == "-o")
+      out = value();
     else if (a == "--only")
       only = value();
     else if (a == "--cells") {
@@ -275,6 +277,6 @@ int main(int argc, char** argv) {
     }
   }
   std::filesystem::create_directories("out/bench");
-  std::ofstream("out/bench/visibility.json") << report.dump(2) << '\n';
+  std::ofstream(out) << report.dump(2) << '\n';
   return agree ? 0 : 1;
 }
