@@ -153,7 +153,7 @@ Solution solve(Device& device, const Scene& scene, const SolveOptions& options) 
   account_energy(state, solution);
   check_invariants(state, solution);
   report.error.parts.push_back({"convergence", solution.unshot_relative, false});
-  report.error.total_relative = solution.unshot_relative;
+  report.error.total_relative = NAN;  // the other parts are not estimated yet
   report.stages = device.profile();
   report.device_peak_bytes = device.ledger()->peak;
   report.host_peak_bytes = host_peak_bytes();

@@ -9,8 +9,8 @@
  *
  * The contour form loses digits by cancellation when the shooter looks small or is seen at a grazing angle; the area
  * form never does (its terms are positive), but needs cells that are small against their distance. Which is used:
- *   1. far (centre at least 3 times the longest edge away) and wholly above the horizon: Gauss rule on the whole
- *      shooter, with distances from the two planes in pairs where the view is grazing;
+ *   1. far (centre at least 3 times the longest edge away): Gauss rule on the whole shooter, or on what the horizon
+ *      leaves of it, with distances from the two planes in pairs where the view is grazing;
  *   2. else, no corner below the horizon: contour form, plain, with a running error bound; taken when the bound is small;
  *   3. else, carefully: positions, clipping, cross products and plane distances in pairs (twice the digits). Contour
  *      form when sum|terms| / |sum terms| is small, else Gauss rule on bisected cells, each far in the sense of 1.
@@ -333,6 +333,57 @@ REAL clrad_careful_factor(__global const REAL* shooter, clrad_vector p, clrad_ve
 
 clrad_vector clrad_load(__global const REAL* at) { return clrad_make(at[0], at[1], at[2]); }
 
+/* pi F / height for one quadrilateral of the shooter's plane: r0 + q its corners, z their heights. */
+REAL clrad_far_quad(clrad_vector r0, clrad_vector a, clrad_vector b, clrad_vector c, clrad_vector d, REAL za, REAL zb,
+                    REAL zc, REAL zd, clrad_vector front) {
+  const clrad_vector ab = clrad_minus(b, a), ad = clrad_minus(d, a), bc = clrad_minus(c, b), dc = clrad_minus(c, d);
+  clrad_vector r[4];
+  r[0] = clrad_plus(r0, a);
+  r[1] = clrad_plus(r0, b);
+  r[2] = clrad_plus(r0, c);
+  r[3] = clrad_plus(r0, d);
+  REAL z[4], j[4];
+  z[0] = za;
+  z[1] = zb;
+  z[2] = zc;
+  z[3] = zd;
+  j[0] = clrad_dot(front, clrad_cross(ab, ad));
+  j[1] = clrad_dot(front, clrad_cross(ab, bc));
+  j[2] = clrad_dot(front, clrad_cross(dc, bc));
+  j[3] = clrad_dot(front, clrad_cross(dc, ad));
+  return clrad_cell_sum(r, z, j);
+}
+
+/* The same for a far shooter that the horizon cuts; z: heights of its corners, accurate each. Cut corners are measured
+ * from corner 0 along the edges, which keeps small differences of far points accurate. */
+REAL clrad_far_clipped(__global const REAL* shooter, clrad_vector r0, const REAL* z, clrad_vector front) {
+  clrad_vector corner[4], q[5];
+  REAL height[5];
+  corner[0] = clrad_make(0, 0, 0);
+  corner[1] = clrad_load(shooter + CLRAD_SHOOTER_EDGE);
+  corner[2] = clrad_plus(corner[1], clrad_load(shooter + CLRAD_SHOOTER_EDGE + 3));
+  corner[3] = clrad_scaled(clrad_load(shooter + CLRAD_SHOOTER_EDGE + 9), -1);
+  int count = 0;
+  for (int i = 0; i < 4; i++) {
+    const int next = (i + 1) & 3;
+    if (z[i] >= 0) {
+      q[count] = corner[i];
+      height[count++] = z[i];
+    }
+    if ((z[i] > 0 && z[next] < 0) || (z[i] < 0 && z[next] > 0)) {
+      const clrad_vector edge = clrad_load(shooter + CLRAD_SHOOTER_EDGE + 3 * i);
+      q[count] = clrad_plus(corner[i], clrad_scaled(edge, z[i] / (z[i] - z[next])));
+      height[count++] = 0;
+    }
+  }
+  if (count < 3) return 0;
+  const int last = count == 3 ? 2 : 3;
+  REAL sum = clrad_far_quad(r0, q[0], q[1], q[2], q[last], height[0], height[1], height[2], height[last], front);
+  if (count == 5)
+    sum += clrad_far_quad(r0, q[0], q[3], q[4], q[4], height[0], height[3], height[4], height[4], front);
+  return sum;
+}
+
 /* Unoccluded form factor of the receiver at p + p_lo with unit normal n. */
 REAL clrad_exact_factor(__global const REAL* shooter, clrad_vector p, clrad_vector p_lo, clrad_vector n) {
   clrad_vector r[4];
@@ -368,15 +419,19 @@ REAL clrad_exact_factor(__global const REAL* shooter, clrad_vector p, clrad_vect
     const REAL h = 64 * height * height > middle2 ? height : clrad_height(shooter, p, p_lo);
     if (!(h > 0)) return 0;
     if (!steep) {
-      steep = 1;
+      REAL high = 0, low = 0;
       for (uint i = 0; i < 4; i++) {
         z[i] = clrad_corner_height(shooter, i, n, clrad_make(0, 0, 0), p, p_lo);
-        steep &= z[i] >= 0;
+        high = z[i] > high ? z[i] : high;
+        low = z[i] < low ? z[i] : low;
       }
+      steep = !(low < 0);
+      /* A sliver of the shooter: its own size is lost in differences of corners. */
+      if (high < CLRAD_R(0.125) * (high - low)) return clrad_careful_factor(shooter, p, p_lo, n);
     }
     REAL j[4];
     for (int i = 0; i < 4; i++) j[i] = shooter[CLRAD_SHOOTER_JACOBIAN + i];
-    if (steep) return clrad_cell_sum(r, z, j) * h / CLRAD_PI;
+    return (steep ? clrad_cell_sum(r, z, j) : clrad_far_clipped(shooter, r[0], z, front)) * h / CLRAD_PI;
   }
   if (above && off_plane) {
     REAL sum = 0, bound = 0;
