@@ -51,6 +51,20 @@ std::pair<unsigned, unsigned> parse_size(const std::string& text) {
       fmt::format("--size '{}' is not a picture's size; write 640x480 (at most 16384 each way)", text));
 }
 
+std::array<std::uint32_t, 3> parse_grid(const std::string& text) {
+  std::array<std::uint32_t, 3> cells{};
+  const char *at = text.data(), *end = at + text.size();
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto [next, error] = std::from_chars(at, end, cells[axis]);
+    const bool last = axis == 2;
+    const bool bad = error != std::errc() || (last ? next != end : next == end || *next != 'x');
+    if (bad || cells[axis] == 0 || cells[axis] > 512)
+      throw UsageError(fmt::format("--grid '{}' is not a grid; write 8x8x8 (at most 512 each way)", text));
+    at = next + 1;
+  }
+  return cells;
+}
+
 double parse_unit(const std::string& text) {
   double value = 1;
   std::string unit = text;

@@ -28,6 +28,8 @@ struct DeviceArguments {
 std::uint64_t parse_bytes(const std::string& text);
 /// "640x480". Throws UsageError.
 std::pair<unsigned, unsigned> parse_size(const std::string& text);
+/// "8x8x4". Throws UsageError.
+std::array<std::uint32_t, 3> parse_grid(const std::string& text);
 /// A camera of the scene by name or number, or "ex,ey,ez,tx,ty,tz[,degrees]" in the file's units; empty: the scene's
 /// first camera, else one that shows the scene. Throws UsageError.
 Camera choose_camera(const std::string& text, const Scene& scene, double unit_m);

@@ -12,7 +12,7 @@ namespace {
 
 struct Arguments {
   std::string scene, output, json, image, gltf, sensors, camera, size = "640x640", unit = "m",
-                                                                 estimator = "exact";
+                                                                 estimator = "exact", grid;
   DeviceArguments device;
   SolveOptions solve;
   ImageOptions image_options;
@@ -39,6 +39,12 @@ void add_arguments(CLI::App& verb, Arguments& a) {
   const char* accuracy = "Accuracy";
   verb.add_option("--engine", a.solve.engine, "visibility: auto, serial or chop")
       ->capture_default_str()
+      ->group(accuracy);
+  verb.add_option("--grid", a.grid,
+                  "voxels of the engine chop, such as 8x8x8 (default: by cost; one voxel in a small scene)")
+      ->group(accuracy);
+  verb.add_option("--batch", a.solve.rays_per_batch,
+                  "rays that the engine chop handles at a time (default: its own choice)")
       ->group(accuracy);
   verb.add_option("--form-factor", a.estimator,
                   "exact (contour formula), subdisk (Wallace), disk (as the 1992 paper prints it)")
@@ -139,6 +145,7 @@ int run(Arguments& a) {
   a.solve.estimator = a.estimator == "exact"     ? Estimator::exact
                       : a.estimator == "subdisk" ? Estimator::subdisk
                                                  : Estimator::disk;
+  if (!a.grid.empty()) a.solve.grid = parse_grid(a.grid);
   const double unit_m = parse_unit(a.unit);
   const auto start = std::chrono::steady_clock::now();
   const Scene scene = load_scene(a.scene, {.unit_m = unit_m});

@@ -15,6 +15,7 @@
 #include "solve/near_field.hpp"
 #include "solve/sensor.hpp"
 #include "solve/shoot.hpp"
+#include "visibility/chop.hpp"
 
 namespace clrad {
 namespace {
@@ -65,6 +66,13 @@ bool shoot_until_converged(SolveState& state, Clock::time_point start, double& u
     else
       reshoot_kept(state);
   }
+}
+
+std::unique_ptr<VisibilityEngine> engine_for(Device& device, const std::string& name,
+                                             const std::vector<OccluderTriangle>& triangles,
+                                             const SolveOptions& options) {
+  if (name != "chop") return make_engine(name, device, triangles);
+  return make_chop(device, triangles, {.rays_per_batch = options.rays_per_batch, .cells = options.grid});
 }
 
 void check_options(const SolveOptions& o) {
@@ -119,11 +127,7 @@ Solution solve(Device& device, const Scene& scene, const SolveOptions& options) 
   const std::string engine_name = options.engine != "auto"          ? options.engine
                                   : triangles.size() <= small_scene ? "serial"
                                                                     : "chop";
-  std::unique_ptr<VisibilityEngine> engine;
-  {
-    const auto stage = device.stage("build the grid of occluders");
-    engine = make_engine(engine_name, device, triangles);
-  }
+  const auto engine = engine_for(device, engine_name, triangles, options);
   const auto overlaid = overlaid_vertices(scene, solution.mesh);
   solution.vertex_covered = covered_vertices(device, scene, solution.mesh, triangles, *engine, overlaid);
 

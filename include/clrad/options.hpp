@@ -1,5 +1,6 @@
 /// What can be asked of a solve.
 #pragma once
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <string>
@@ -33,6 +34,8 @@ struct SolveOptions {
   MeshOptions mesh;
   std::string engine =
       "auto";  ///< serial, chop, or auto: serial up to 2000 triangles, where it is the faster of the two
+  std::array<std::uint32_t, 3> grid{};  ///< voxels of `chop` along x, y, z; 0: by its cost model
+  std::uint32_t rays_per_batch = 0;     ///< of `chop`; 0: its own choice
   Estimator estimator = Estimator::exact;
   std::uint32_t samples = 4;          ///< rays from a receiver to a shooter
   std::uint32_t light_samples = 256;  ///< a shooter gets more than `samples` until one sample carries less

@@ -104,6 +104,7 @@ TEST_F(Cli, BadUsageIsExitCodeTwo) {
   EXPECT_EQ(run({"solve", furnace, "--converge", "2"}).code, 2);
   EXPECT_EQ(run({"solve", furnace, "--camera", "kitchen"}).code, 2);
   EXPECT_EQ(run({"solve", furnace, "--memory", "lots"}).code, 2);
+  EXPECT_EQ(run({"solve", furnace, "--grid", "8x8"}).code, 2);
   const auto device = run({"solve", furnace, "--device", "abacus"});
   EXPECT_EQ(device.code, 2);
   EXPECT_NE(device.error.find("abacus"), std::string::npos);

@@ -190,6 +190,10 @@ TEST(Progressive, SameBitsWhateverTheDeviceIsDividedInto) {
   EXPECT_EQ(run({.packet_width = 4}), first) << "packets of 4";
   EXPECT_EQ(run({.shape = Shape::trees}), first) << "work-group trees";
   EXPECT_EQ(run({.memory_bytes = 96u << 20}), first) << "small memory, small batches";
+  options.rays_per_batch = 4096;
+  EXPECT_EQ(run({}), first) << "small batches";
+  options.grid = {5, 4, 3};
+  EXPECT_EQ(run({}), first) << "another grid";
   options.engine = "serial";
   Device device;
   const Solution s = solve(device, block_room(), options);
