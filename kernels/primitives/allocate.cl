@@ -75,7 +75,7 @@ kernel ONE_GROUP void allocate_owners_trees(global const uint* offsets, uint n, 
 
 /* [begin, end) of flags to indices[at .. last). Every flag writes its index and only the set ones move on; nothing is
  * written at `last`, which is the next block's. */
-inline void block_compact(global const uint* flags, global uint* indices, ulong begin, ulong end, ulong at, ulong last) {
+static inline void block_compact(global const uint* flags, global uint* indices, ulong begin, ulong end, ulong at, ulong last) {
   ulong i = begin;
   for (; i + ROW <= end && at + ROW <= last; i += ROW) {
     const int16 set = vload16(0, flags + i) != 0u;
@@ -103,7 +103,7 @@ kernel void compact_blocks(global const uint* flags, ulong n, ulong length, glob
   block_compact(flags, indices, begin, min(begin + length, n), sums[block], sums[block + 1]);
 }
 
-inline ulong block_count(global const uint* flags, ulong end) {
+static inline ulong block_count(global const uint* flags, ulong end) {
   uint16 count = 0u;
   for (ulong i = 0; i < end; i += ROW) count += ones(load_row(flags, i, end));
   return row_sum_wide(convert_ulong16(count));
@@ -116,7 +116,7 @@ kernel void compact_short_blocks(global const uint* flags, ulong n, global ulong
   sums[0] = count;
 }
 
-inline uint group_block_compact(global const uint* flags, global uint* indices, ulong begin, ulong end, uint at,
+static inline uint group_block_compact(global const uint* flags, global uint* indices, ulong begin, ulong end, uint at,
                                 local uint* scratch) {
   for (ulong tile = begin; tile < end; tile += TILE) {
     const ulong i = tile + get_local_id(0) * ROW;

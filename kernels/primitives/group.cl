@@ -7,7 +7,7 @@
 #define TILE ((ulong)CLRAD_WORK_GROUP * 16)
 
 /* Inclusive sums over the work-group (Hillis & Steele 1986); any work-group size. */
-inline ulong group_scan_wide(ulong x, local ulong* scratch) {
+static inline ulong group_scan_wide(ulong x, local ulong* scratch) {
   const uint l = get_local_id(0);
   scratch[l] = x;
   barrier(CLK_LOCAL_MEM_FENCE);
@@ -21,7 +21,7 @@ inline ulong group_scan_wide(ulong x, local ulong* scratch) {
   return x;
 }
 
-inline uint group_scan(uint x, local uint* scratch) {
+static inline uint group_scan(uint x, local uint* scratch) {
   const uint l = get_local_id(0);
   scratch[l] = x;
   barrier(CLK_LOCAL_MEM_FENCE);

@@ -9,7 +9,7 @@
 #define BLOCK 1024u
 #define ROWS 64u
 
-inline float row_sum(float16 x) {
+static inline float row_sum(float16 x) {
   const float8 a = x.even + x.odd;
   const float4 b = a.even + a.odd;
   const float2 c = b.even + b.odd;
@@ -17,7 +17,7 @@ inline float row_sum(float16 x) {
 }
 
 /* in[i .. end) and `pad` from end on; reads below `limit` only. */
-inline float16 load_row_padded(global const float* in, ulong i, ulong end, ulong limit, float pad) {
+static inline float16 load_row_padded(global const float* in, ulong i, ulong end, ulong limit, float pad) {
   if (i + ROW <= end) return vload16(0, in + i);
   if (i + ROW <= limit) return LANES < (uint)(end - i) ? vload16(0, in + i) : (float16)pad;
   float x[16];
@@ -25,14 +25,14 @@ inline float16 load_row_padded(global const float* in, ulong i, ulong end, ulong
   return vload16(0, x);
 }
 
-inline float block_sum(global const float* in, ulong begin, ulong end, ulong limit) {
+static inline float block_sum(global const float* in, ulong begin, ulong end, ulong limit) {
   float sum = -0.0f;
   for (ulong i = begin; i < end; i += ROW) sum += row_sum(load_row_padded(in, i, end, limit, -0.0f));
   return sum;
 }
 
 /* The same by a work-group: rows side by side, then one work-item adds them in order. All work-items get the sum. */
-inline float group_block_sum(global const float* in, ulong begin, ulong end, ulong limit, local float* rows) {
+static inline float group_block_sum(global const float* in, ulong begin, ulong end, ulong limit, local float* rows) {
   const uint count = (uint)((end - begin + ROW - 1) / ROW);
   for (uint r = get_local_id(0); r < count; r += CLRAD_WORK_GROUP)
     rows[r] = row_sum(load_row_padded(in, begin + r * ROW, end, limit, -0.0f));
@@ -58,13 +58,13 @@ kernel ONE_GROUP void reduce_sum_trees(global const float* in, ulong n, global f
 
 /* ---- extremes and where they are attained: ties to the lowest position, NaN never wins ---------------------------- */
 
-inline float smallest(float16 x) {
+static inline float smallest(float16 x) {
   const float8 a = x.lo < x.hi ? x.lo : x.hi;
   const float4 b = a.lo < a.hi ? a.lo : a.hi;
   const float2 c = b.lo < b.hi ? b.lo : b.hi;
   return c.lo < c.hi ? c.lo : c.hi;
 }
-inline uint lowest(uint16 x) {
+static inline uint lowest(uint16 x) {
   const uint8 a = x.lo < x.hi ? x.lo : x.hi;
   const uint4 b = a.lo < a.hi ? a.lo : a.hi;
   const uint2 c = b.lo < b.hi ? b.lo : b.hi;
@@ -72,7 +72,7 @@ inline uint lowest(uint16 x) {
 }
 
 /* The lowest position in [begin, end) where sign * in is least; CLRAD_NONE when there is nothing but NaN. */
-inline uint range_min(global const float* in, ulong begin, ulong end, ulong limit, float sign) {
+static inline uint range_min(global const float* in, ulong begin, ulong end, ulong limit, float sign) {
   float16 best = (float16)INFINITY;
   uint16 at = (uint16)CLRAD_NONE;
   for (ulong i = begin; i < end; i += ROW) {
@@ -84,7 +84,7 @@ inline uint range_min(global const float* in, ulong begin, ulong end, ulong limi
   return lowest(best == smallest(best) ? at : (uint16)CLRAD_NONE);
 }
 
-inline void take_min(float value, uint index, float* best, uint* best_index) {
+static inline void take_min(float value, uint index, float* best, uint* best_index) {
   if (value < *best || (value == *best && index < *best_index)) {
     *best = value;
     *best_index = index;
@@ -102,7 +102,7 @@ kernel void arg_blocks(global const float* in, ulong n, ulong length, float sign
 }
 
 /* Leaves the work-group's best in [0] of both arrays. */
-inline void group_min(float best, uint index, local float* values, local uint* indices) {
+static inline void group_min(float best, uint index, local float* values, local uint* indices) {
   const uint l = get_local_id(0);
   values[l] = best;
   indices[l] = index;
@@ -119,7 +119,7 @@ inline void group_min(float best, uint index, local float* values, local uint* i
   }
 }
 
-inline void group_range_min(global const float* in, ulong begin, ulong end, float sign, local float* values,
+static inline void group_range_min(global const float* in, ulong begin, ulong end, float sign, local float* values,
                             local uint* indices) {
   float best = INFINITY;
   uint index = CLRAD_NONE;
@@ -141,7 +141,7 @@ kernel ONE_GROUP void arg_trees(global const float* in, ulong n, ulong length, f
 
 /* ---- one result per segment [offsets[s], offsets[s + 1]) ----------------------------------------------------------- */
 
-inline float segment_sum(global const float* in, ulong begin, ulong end, ulong limit) {
+static inline float segment_sum(global const float* in, ulong begin, ulong end, ulong limit) {
   if (begin == end) return 0.0f;
   float sum = -0.0f;
   for (ulong b = begin; b < end; b += BLOCK) sum += block_sum(in, b, min(b + BLOCK, end), limit);

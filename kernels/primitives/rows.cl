@@ -19,14 +19,14 @@
 #define LANES ((uint16)(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15))
 
 /* in[i .. i + 16), zeros from `end` on. */
-inline uint16 load_row(global const uint* in, ulong i, ulong end) {
+static inline uint16 load_row(global const uint* in, ulong i, ulong end) {
   if (i + ROW <= end) return vload16(0, in + i);
   uint x[16];
   for (uint k = 0; k < ROW; ++k) x[k] = i + k < end ? in[i + k] : 0u;
   return vload16(0, x);
 }
 
-inline void store_row(uint16 x, global uint* out, ulong i, ulong end) {
+static inline void store_row(uint16 x, global uint* out, ulong i, ulong end) {
   if (i + ROW <= end) {
     vstore16(x, 0, out + i);
     return;
@@ -52,7 +52,7 @@ inline void store_row(uint16 x, global uint* out, ulong i, ulong end) {
 #define CLRAD_STREAM
 #endif
 #endif
-inline void stream_row(uint16 x, global uint* out, ulong i) {
+static inline void stream_row(uint16 x, global uint* out, ulong i) {
 #ifdef CLRAD_STREAM
   if (((size_t)(out + i) & 63) == 0) {
     __builtin_nontemporal_store(x, (global uint16*)(out + i));
@@ -61,10 +61,10 @@ inline void stream_row(uint16 x, global uint* out, ulong i) {
 #endif
   vstore16(x, 0, out + i);
 }
-inline void streamed(void) { mem_fence(CLK_GLOBAL_MEM_FENCE); }
+static inline void streamed(void) { mem_fence(CLK_GLOBAL_MEM_FENCE); }
 
 /* Inclusive sums within a row, modulo 2^32. */
-inline uint16 row_scan(uint16 x) {
+static inline uint16 row_scan(uint16 x) {
   x += UP1(x) & as_uint16(FROM1);
   x += UP2(x) & as_uint16(FROM2);
   x += UP4(x) & as_uint16(FROM4);
@@ -73,10 +73,10 @@ inline uint16 row_scan(uint16 x) {
 }
 
 /* 1 where x is not 0. */
-inline uint16 ones(uint16 x) { return x != 0u ? (uint16)1u : (uint16)0u; }
+static inline uint16 ones(uint16 x) { return x != 0u ? (uint16)1u : (uint16)0u; }
 
 /* Sum of a row without wrapping. */
-inline ulong row_sum_wide(ulong16 x) {
+static inline ulong row_sum_wide(ulong16 x) {
   const ulong8 a = x.lo + x.hi;
   const ulong4 b = a.lo + a.hi;
   const ulong2 c = b.lo + b.hi;

@@ -13,11 +13,11 @@
 #define FLAGS 2u     /* values count as 1 where not 0 */
 #define APPEND 4u    /* out[n] receives the total */
 
-inline uint16 values(uint16 x, uint mode) { return mode & FLAGS ? ones(x) : x; }
+static inline uint16 values(uint16 x, uint mode) { return mode & FLAGS ? ones(x) : x; }
 
 /* ---- blocks ------------------------------------------------------------------------------------------------------ */
 
-inline ulong block_sum(global const uint* in, ulong begin, ulong end, uint mode) {
+static inline ulong block_sum(global const uint* in, ulong begin, ulong end, uint mode) {
   ulong16 sum = 0;
   ulong i = begin;
   for (; i + ROW <= end; i += ROW) sum += convert_ulong16(values(vload16(0, in + i), mode));
@@ -25,7 +25,7 @@ inline ulong block_sum(global const uint* in, ulong begin, ulong end, uint mode)
   return row_sum_wide(sum);
 }
 
-inline void block_scan(global const uint* in, global uint* out, ulong begin, ulong end, uint carry, uint mode) {
+static inline void block_scan(global const uint* in, global uint* out, ulong begin, ulong end, uint carry, uint mode) {
   const uint16 keep = mode & INCLUSIVE ? (uint16)0u : (uint16)0xffffffffu;
   ulong i = begin;
   for (; i + ROW <= end; i += ROW) {
@@ -78,14 +78,14 @@ kernel void scan_short_blocks(global const uint* in, ulong n, uint mode, global 
 
 /* ---- trees ------------------------------------------------------------------------------------------------------- */
 
-inline ulong group_block_sum(global const uint* in, ulong begin, ulong end, uint mode, local ulong* scratch) {
+static inline ulong group_block_sum(global const uint* in, ulong begin, ulong end, uint mode, local ulong* scratch) {
   ulong16 sum = 0;
   for (ulong i = begin + get_local_id(0) * ROW; i < end; i += TILE) sum += convert_ulong16(values(load_row(in, i, end), mode));
   group_scan_wide(row_sum_wide(sum), scratch);
   return scratch[CLRAD_WORK_GROUP - 1];
 }
 
-inline void group_block_scan(global const uint* in, global uint* out, ulong begin, ulong end, uint carry, uint mode,
+static inline void group_block_scan(global const uint* in, global uint* out, ulong begin, ulong end, uint carry, uint mode,
                              local uint* scratch) {
   const uint16 keep = mode & INCLUSIVE ? (uint16)0u : (uint16)0xffffffffu;
   for (ulong tile = begin; tile < end; tile += TILE) {

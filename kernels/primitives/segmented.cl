@@ -31,18 +31,18 @@
 #define MAX_FLOAT(a, b) ((((b) > (a)) | ((a) != (a))) ? (b) : (a))
 
 /* -1 where a head is. */
-inline int16 head_row(global const uint* heads, ulong i, ulong n, uint mode) {
+static inline int16 head_row(global const uint* heads, ulong i, ulong n, uint mode) {
   return mode & HEADS ? load_row(heads, i, n) != 0u : (int16)0;
 }
 
-inline float16 load_row_float(global const float* in, ulong i, ulong n) {
+static inline float16 load_row_float(global const float* in, ulong i, ulong n) {
   return as_float16(load_row((global const uint*)in, i, n));
 }
-inline uint16 load_row_uint(global const uint* in, ulong i, ulong n) { return load_row(in, i, n); }
-inline void store_row_float(float16 x, global float* out, ulong i, ulong n) {
+static inline uint16 load_row_uint(global const uint* in, ulong i, ulong n) { return load_row(in, i, n); }
+static inline void store_row_float(float16 x, global float* out, ulong i, ulong n) {
   store_row(as_uint16(x), (global uint*)out, i, n);
 }
-inline void store_row_uint(uint16 x, global uint* out, ulong i, ulong n) { store_row(x, out, i, n); }
+static inline void store_row_uint(uint16 x, global uint* out, ulong i, ulong n) { store_row(x, out, i, n); }
 
 #define STEP(T, COMBINE, UP, FROM)                    \
   x = (f | ~FROM) ? x : COMBINE((T##16)UP(x), x);       \

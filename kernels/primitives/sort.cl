@@ -59,7 +59,7 @@ kernel void sort_move_blocks(global const uint* keys, global const uint* values,
 #define COUNTERS (DIGITS * CLRAD_WORK_GROUP)
 
 /* counter[digit * CLRAD_WORK_GROUP + l] = how many of work-item l's pairs have the digit. */
-inline void count_run(global const uint* keys, ulong begin, ulong end, uint shift, uint mask, local uint* counter) {
+static inline void count_run(global const uint* keys, ulong begin, ulong end, uint shift, uint mask, local uint* counter) {
   const uint l = get_local_id(0);
   for (uint d = 0; d < DIGITS; ++d) counter[d * CLRAD_WORK_GROUP + l] = 0;
   for (ulong i = begin; i < end; ++i) ++counter[((keys[i] >> shift) & mask) * CLRAD_WORK_GROUP + l];

@@ -37,7 +37,7 @@ typedef struct ray_data {
   uint a_plane, b_plane;
 } ray_data;
 
-ALWAYS_INLINE ray_data load_ray(ray_ends e) {
+static inline ray_data load_ray(ray_ends e) {
   ray_data d;
   d.ax = ray_origin(e, 0);
   d.ay = ray_origin(e, 1);
@@ -54,7 +54,7 @@ ALWAYS_INLINE ray_data load_ray(ray_ends e) {
 }
 
 /* Per lane -1 or 0: surely blocked, and undecided. */
-ALWAYS_INLINE void test_block(ray_data s, uint block, __global const float* packets,
+static inline void test_block(ray_data s, uint block, __global const float* packets,
                               __global const uint* triangle, __global const uint* plane, clrad_ints* hit,
                               clrad_ints* undecided) {
   __global const float* p = packets + block * (PACKET_FLOATS * CLRAD_WIDTH);

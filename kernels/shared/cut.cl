@@ -6,7 +6,7 @@
 #include "shared/voxel.cl"
 
 /* The part [*t0, *t1] of the ray inside the grid's box. 0 when there is none; then t0 > t1. */
-ALWAYS_INLINE int clip(ray_ends ray, __global const float* frame, float* t0, float* t1) {
+static inline int clip(ray_ends ray, __global const float* frame, float* t0, float* t1) {
   float begin = 0.0f, end = 1.0f;
   int inside = 1, moves = 0;
   for (uint a = 0; a < 3; ++a) {
@@ -31,16 +31,16 @@ ALWAYS_INLINE int clip(ray_ends ray, __global const float* frame, float* t0, flo
 /* The cells of an axis that a wave may use, packed with the axis. All cells of all axes: axis 3. */
 #define ANY_CELLS (3u << 20)
 
-ALWAYS_INLINE int first_cell(uint cells, uint axis) {
+static inline int first_cell(uint cells, uint axis) {
   return cells >> 20 == axis ? (int)(cells & 1023u) : 0;
 }
-ALWAYS_INLINE int last_cell(uint cells, uint axis, __global const float* frame) {
+static inline int last_cell(uint cells, uint axis, __global const float* frame) {
   return cells >> 20 == axis ? (int)(cells >> 10 & 1023u) : convert_int(frame[9 + axis]) - 1;
 }
 
 /* How many pieces [t0, t1] of the ray has along the axis; for axis 3: how many blocks the voxel's list has.
  */
-ALWAYS_INLINE uint pieces_ahead(uint axis, ray_ends ray, float t0, float t1, uint cell, uint cells,
+static inline uint pieces_ahead(uint axis, ray_ends ray, float t0, float t1, uint cell, uint cells,
                                 __global const float* frame, __global const uint* first_block) {
   if (axis == 3) {
     uint v = ((cell >> 20) * (uint)frame[10] + (cell >> 10 & 1023u)) * (uint)frame[9] + (cell & 1023u);
@@ -54,7 +54,7 @@ ALWAYS_INLINE uint pieces_ahead(uint axis, ray_ends ray, float t0, float t1, uin
 
 /* Wave `wave` of a ray: narrows [t0, t1] and gives the cells it may use. *more: the ray goes on after this
  * wave. */
-ALWAYS_INLINE uint wave_cells(ray_ends ray, __global const float* frame, uint wave, uint slab, float* t0,
+static inline uint wave_cells(ray_ends ray, __global const float* frame, uint wave, uint slab, float* t0,
                               float* t1, uint* more) {
   uint axis = 0;
   int from = 0, to = 0;

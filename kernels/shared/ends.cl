@@ -4,8 +4,6 @@
 #include "shared/segment.cl"
 #include "shared/triangle.cl"
 
-#define ALWAYS_INLINE __attribute__((always_inline)) inline
-
 /* A ray is two ends on the visibility grid: ray r of a batch goes from end r / run of `from` to end r % run
  * of `to`, or, in pairs, from end r to end r. An end: x y z and their low parts as float bits, plane, spare. */
 #define END_WORDS 8
@@ -14,7 +12,7 @@ typedef struct ray_ends {
   __global const uint *a, *b;
 } ray_ends;
 
-ALWAYS_INLINE ray_ends ends_of(__global const uint* from, __global const uint* to, uint run, uint pairs,
+static inline ray_ends ends_of(__global const uint* from, __global const uint* to, uint run, uint pairs,
                                uint r) {
   /* r / run without an integer division, which has no vector form: r < 2^24, so the guess is off by one at
    * most. */
@@ -27,15 +25,15 @@ ALWAYS_INLINE ray_ends ends_of(__global const uint* from, __global const uint* t
   return e;
 }
 
-ALWAYS_INLINE float ray_origin(ray_ends e, uint axis) {
+static inline float ray_origin(ray_ends e, uint axis) {
   return as_float(e.a[axis]);
 }
-ALWAYS_INLINE float ray_direction(ray_ends e, uint axis) {
+static inline float ray_direction(ray_ends e, uint axis) {
   return CLRAD_DIFFERENCE(as_float(e.b[axis]), as_float(e.b[3 + axis]), as_float(e.a[axis]),
                           as_float(e.a[3 + axis]));
 }
 
-ALWAYS_INLINE clrad_segment whole_segment(ray_ends e) {
+static inline clrad_segment whole_segment(ray_ends e) {
   clrad_segment s;
   s.ax = as_float(e.a[0]);
   s.ay = as_float(e.a[1]);

@@ -21,12 +21,12 @@
 #define CLRAD_FRAME_FLOATS 12
 
 /* Plane i of the axis: cell i lies between planes i and i + 1. */
-inline float clrad_plane(__global const float* frame, uint axis, int i) {
+static inline float clrad_plane(__global const float* frame, uint axis, int i) {
   return frame[axis] + convert_float(i) * frame[3 + axis];
 }
 
 /* The cell of coordinate x, clamped to [low, high]. NaN falls into cell `low`. */
-inline int clrad_cell(__global const float* frame, uint axis, float x, int low, int high) {
+static inline int clrad_cell(__global const float* frame, uint axis, float x, int low, int high) {
   float c = floor((x - frame[axis]) * frame[6 + axis]);
   float l = convert_float(low), h = convert_float(high);
   c = c > l ? c : l;
@@ -37,7 +37,7 @@ inline int clrad_cell(__global const float* frame, uint axis, float x, int low, 
 /* Where the segment crosses plane i, from the integer i alone: both neighbours of a plane get the same
  * parameter. Infinite or NaN where the direction is (almost) along the plane; such a segment is in one cell
  * and crosses none. */
-inline float clrad_crossing(__global const float* frame, uint axis, int i, float origin, float direction) {
+static inline float clrad_crossing(__global const float* frame, uint axis, int i, float origin, float direction) {
   return (clrad_plane(frame, axis, i) - origin) / direction;
 }
 

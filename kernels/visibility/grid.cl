@@ -15,7 +15,7 @@ typedef struct voxel_range {
   int x0, x1, y0, y1, z0, z1;
 } voxel_range;
 
-inline voxel_range range_of(clrad_triangle t, __global const float* frame) {
+static inline voxel_range range_of(clrad_triangle t, __global const float* frame) {
   float low, high;
   voxel_range r;
 #define RANGE(axis, a, v0, v1, v2)                                                                     \
@@ -44,7 +44,7 @@ __kernel void grid_ranges(uint n, __global const clrad_triangle* triangles, __gl
 /* Are triangle and box (about the middle, half size h) apart along (lx, ly, lz)? Whatever the rounding of the
  * axis, it is an axis; only the projections' rounding matters, and h is padded by more. The tiny constant
  * keeps products that underflow from telling anything apart. */
-inline int apart(float lx, float ly, float lz, float x0, float y0, float z0, float x1, float y1, float z1,
+static inline int apart(float lx, float ly, float lz, float x0, float y0, float z0, float x1, float y1, float z1,
                  float x2, float y2, float z2, float hx, float hy, float hz) {
   float p0 = lx * x0 + ly * y0 + lz * z0, p1 = lx * x1 + ly * y1 + lz * z1, p2 = lx * x2 + ly * y2 + lz * z2;
   float low = p0 < p1 ? p0 : p1, high = p0 > p1 ? p0 : p1;
@@ -56,7 +56,7 @@ inline int apart(float lx, float ly, float lz, float x0, float y0, float z0, flo
 
 /* The separating axis test of triangle and padded voxel (Akenine-Moller 2001): 3 faces, 1 normal, 9 pairs of
  * edges. */
-inline int overlaps(clrad_triangle t, __global const float* frame, int ix, int iy, int iz) {
+static inline int overlaps(clrad_triangle t, __global const float* frame, int ix, int iy, int iz) {
   float ax = clrad_plane(frame, 0, ix), bx = clrad_plane(frame, 0, ix + 1);
   float ay = clrad_plane(frame, 1, iy), by = clrad_plane(frame, 1, iy + 1);
   float az = clrad_plane(frame, 2, iz), bz = clrad_plane(frame, 2, iz + 1);
