@@ -1,7 +1,7 @@
 /* Processor allocation and compaction (Drucker & Schroeder, section 1.3.2; Blelloch 1990, section 1.6): both are what
  * follows a scan (scan.cl). */
-#include "primitives/group.cl"
-#include "primitives/rows.cl"
+#include "shared/group.cl"
+#include "shared/rows.cl"
 
 /* ---- owner and rank of every slot --------------------------------------------------------------------------------
  * offsets holds n + 1 ascending values, the last is `total`. Slot s belongs to the requester i with

@@ -3,8 +3,8 @@
  * The order of a sum, whatever the shape and the work-group size: a row of 16 values by pairs (neighbours, then
  * neighbours of these), the 64 rows of a block of 1024 from left to right, then the blocks from left to right. Missing
  * values count as -0, which leaves every sum as it is. */
-#include "primitives/group.cl"
-#include "primitives/rows.cl"
+#include "shared/group.cl"
+#include "shared/rows.cl"
 
 #define BLOCK 1024u
 #define ROWS 64u

@@ -6,8 +6,8 @@
  * associative, so both give the same bits.
  *
  * BITS of `mode`: */
-#include "primitives/group.cl"
-#include "primitives/rows.cl"
+#include "shared/group.cl"
+#include "shared/rows.cl"
 
 #define INCLUSIVE 1u /* out[i] includes in[i] */
 #define FLAGS 2u     /* values count as 1 where not 0 */

@@ -8,8 +8,8 @@
  *
  * *_blocks: one work-item a block. *_trees: 64 work-items a block, one row each; the carry into each row is folded from
  * the rows before in local memory, in the same order. */
-#include "primitives/group.cl"
-#include "primitives/rows.cl"
+#include "shared/group.cl"
+#include "shared/rows.cl"
 
 #define BLOCK 1024u
 #define ROWS 64u

@@ -1,8 +1,8 @@
 /* Stable radix sort of (key, value) pairs, least significant digit first (Zagha & Blelloch 1991). A pass counts digits
  * per block, scans the counts digit by digit (scan.cl: counts[digit * blocks + block]), and moves every pair to its
  * place. */
-#include "primitives/group.cl"
-#include "primitives/rows.cl"
+#include "shared/group.cl"
+#include "shared/rows.cl"
 
 /* ---- blocks: 8 bits a pass, one work-item a block ------------------------------------------------------------------ */
 
