@@ -163,11 +163,8 @@ std::vector<double> vertex_radiosity(const Solution& solution) {
   const std::size_t vertices = solution.vertex_count();
   std::vector<double> radiosity(solution.bands * vertices);
   for (std::uint32_t band = 0; band < solution.bands; ++band)
-    for (std::uint32_t p = 0; p < solution.mesh.polygons.size(); ++p) {
-      const PolygonMesh& polygon = solution.mesh.polygons[p];
-      for (std::uint32_t v = polygon.first_vertex; v < polygon.first_vertex + polygon.vertices; ++v)
-        radiosity[band * vertices + v] = solution.vertex_radiosity(band, v, p);
-    }
+    for (std::uint32_t v = 0; v < vertices; ++v)
+      radiosity[band * vertices + v] = solution.vertex_radiosity(band, v, solution.mesh.receivers[v].surface);
   return radiosity;
 }
 

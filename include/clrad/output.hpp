@@ -20,6 +20,7 @@ struct ImageOptions {
   unsigned width = 640, height = 640;
   unsigned samples_per_pixel = 16;  ///< stratified, averaged in linear light
   double exposure_stops = 0;        ///< added to the automatic exposure
+  bool ambient = false;             ///< add the estimate of the light not yet shot (Solution::ambient)
   bool automatic_exposure =
       true;  ///< a fixed rule on the image's luminance percentiles; false: radiance 1 is white
 };
