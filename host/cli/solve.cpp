@@ -11,8 +11,8 @@ namespace clrad::cli {
 namespace {
 
 struct Arguments {
-  std::string scene, output, json, image, gltf, sensors, camera, size = "640x640", unit = "m",
-                                                                 estimator = "exact", grid;
+  std::string scene, output, json, image, gltf, sensors, camera,
+      size = "640x640", unit = "m", estimator = "exact", grid, solver = "progressive";
   DeviceArguments device;
   SolveOptions solve;
   ImageOptions image_options;
@@ -77,6 +77,45 @@ void add_arguments(CLI::App& verb, Arguments& a) {
                 "light vertices by the average of a patch however near it is")
       ->group(accuracy);
 
+  const char* solving = "Solving";
+  verb.add_option(
+          "--solver", a.solver,
+          "progressive (shoots), gathering or gauss-seidel (trace every column first): the same answer")
+      ->check(CLI::IsMember({"progressive", "gathering", "gauss-seidel"}))
+      ->capture_default_str()
+      ->group(solving);
+  verb.add_option("--shooters", a.solve.shooters,
+                  "of the progressive solver: choose the K brightest patches at a time")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str()
+      ->group(solving);
+
+  const char* adaptive = "Adaptive subdivision";
+  verb.add_option(
+          "--adaptive", a.solve.adaptive.tolerance,
+          "split elements across which radiosity differs by more than this x the scene's mean, such as 0.05 "
+          "(default: never)")
+      ->check(CLI::PositiveNumber)
+      ->group(adaptive);
+  verb.add_option("--max-level", a.solve.adaptive.max_level, "splits of an element of the first mesh")
+      ->capture_default_str()
+      ->group(adaptive);
+  verb.add_option("--min-area", a.solve.adaptive.min_area_m2, "no smaller elements [m2]")
+      ->check(CLI::NonNegativeNumber)
+      ->group(adaptive);
+  verb.add_option("--min-projected-area", a.solve.adaptive.min_projected_area_px,
+                  "no smaller elements in the picture [pixels]; what it does not show is not split")
+      ->check(CLI::NonNegativeNumber)
+      ->group(adaptive);
+  verb.add_option("--refine-every", a.solve.adaptive.every, "shoots between refinements")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str()
+      ->group(adaptive);
+  verb.add_flag("--interpolate-new", a.solve.adaptive.interpolate_new,
+                "give new vertices the mean of their neighbours instead of shooting to them: shows the error "
+                "that makes")
+      ->group(adaptive);
+
   const char* picture = "Picture";
   verb.add_option("--camera", a.camera, "a camera of the scene, or ex,ey,ez,tx,ty,tz[,degrees]")
       ->group(picture);
@@ -93,7 +132,17 @@ void print_summary(const Solution& s) {
     emitted += r.energy.emitted[b], absorbed += r.energy.absorbed[b], unshot += r.energy.unshot[b];
   fmt::print("{}: {} polygons, {} patches, {} elements, {} vertices\n", s.scene.file, s.scene.polygons.size(),
              s.mesh.patches.size(), s.mesh.elements.size(), s.vertex_count());
-  fmt::print("{} shoots and {} re-shoots, {} rays on {}\n\n", r.shoots, r.reshoots, r.rays, r.device.name);
+  fmt::print("{} shoots and {} re-shoots, {} rays on {}\n", r.shoots, r.reshoots, r.rays, r.device.name);
+  if (const auto& f = r.refinement; f.refinements > 0 || f.stopped_by_memory > 0) {
+    fmt::print("{} refinements split {} elements and added {} vertices, {} rays to these\n", f.refinements,
+               f.elements_split, f.vertices_added, f.rays);
+    fmt::print(
+        "still over the tolerance: {} at the maximum level, {} at the minimum area, {} at the minimum "
+        "projected "
+        "area, {} for want of memory\n",
+        f.stopped_by_max_level, f.stopped_by_min_area, f.stopped_by_min_projected_area, f.stopped_by_memory);
+  }
+  fmt::print("\n");
   fmt::print("{:<52} {:>9} {:>9}\n", "where the time went", "launches", "seconds");
   for (const auto& stage : r.stages)
     fmt::print("  {:<50} {:>9} {:>9.3f}\n", stage.name, stage.launches, stage.seconds);
@@ -146,12 +195,17 @@ int run(Arguments& a) {
                       : a.estimator == "subdisk" ? Estimator::subdisk
                                                  : Estimator::disk;
   if (!a.grid.empty()) a.solve.grid = parse_grid(a.grid);
+  a.solve.solver = a.solver == "gathering"      ? Solver::gathering
+                   : a.solver == "gauss-seidel" ? Solver::gauss_seidel
+                                                : Solver::progressive;
   const double unit_m = parse_unit(a.unit);
   const auto start = std::chrono::steady_clock::now();
   const Scene scene = load_scene(a.scene, {.unit_m = unit_m});
   if (!a.quiet) print_diagnostics(scene.diagnostics, stderr);
   if (!a.sensors.empty()) a.solve.sensors = load_sensors(a.sensors, unit_m);
-  choose_camera(a.camera, scene, unit_m);  // a wrong name is said now, not after the solve
+  // A wrong name is said now, not after the solve.
+  a.solve.adaptive.camera = choose_camera(a.camera, scene, unit_m);
+  a.solve.adaptive.width = a.image_options.width, a.solve.adaptive.height = a.image_options.height;
   const double import = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 
   Device device(a.device.resolved());

@@ -3,8 +3,8 @@
  *
  * One work-item a receiver, for one shooter: where the receiver is nearer than `reach` to the shooter's box,
  *   H += F shot (B_near / B_mean - 1),  B_near = sum F_e B_e / sum F_e  over the shooter's elements,
- * with F the kept column (so what is hidden stays hidden) and F_e unoccluded. B_e counts an element's exposed part; an
- * element that is covered has B_e < 0 and is left out. Arrays: radiosity[b * nodes + node], shot[b * patches + patch]. */
+ * with F the kept column (so what is hidden stays hidden) and F_e unoccluded. B_e counts an element's exposed part; a
+ * piece that is covered has B_e < 0 and is left out. Arrays: radiosity[b * nodes + node], shot[b * patches + patch]. */
 #include "shared/factor.cl"
 
 #define CLRAD_MOST_BANDS 16
