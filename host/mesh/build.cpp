@@ -102,6 +102,21 @@ class PolygonCutter {
     return mesh_of_.first_vertex + j * (n + 1) - j * (j - 1) / 2 + i;
   }
 
+  // Half-way between which vertices (i, j) lies, by the lowest digit that its coordinates have.
+  std::array<std::uint32_t, 4> parents(Cell at) const {
+    const std::uint32_t step = (at.i | at.j) & -(at.i | at.j);
+    if (step == 0 || step >= lattice_unit(0)) return {0xffffffffu, 0xffffffffu, 0xffffffffu, 0xffffffffu};
+    const std::uint32_t i = at.i & step, j = at.j & step;
+    if (i && j) {
+      const std::uint32_t right = vertex({at.i + i, at.j - j}), left = vertex({at.i - i, at.j + j});
+      // A triangle's third edges run from right to left.
+      if (polygon_.corners == 3) return {right, left, right, left};
+      return {vertex({at.i - i, at.j - j}), right, vertex({at.i + i, at.j + j}), left};
+    }
+    const std::uint32_t a = vertex({at.i - i, at.j - j}), b = vertex({at.i + i, at.j + j});
+    return {a, b, a, b};
+  }
+
   void add_vertices() {
     const glm::dvec3 normal = polygon_.normal();
     const std::uint32_t unit = lattice_unit(level_);
@@ -109,6 +124,7 @@ class PolygonCutter {
       for (std::uint32_t a = 0; a <= (polygon_.corners == 4 ? mesh_of_.cells_u : mesh_of_.cells_u - b); ++a) {
         const std::uint32_t i = a * unit, j = b * unit;
         mesh_.lattice.push_back({i, j});
+        mesh_.parents.push_back(parents({i, j}));
         mesh_.position_m.push_back(frame_.from_frame(map_->position(i, j)));
         mesh_.receivers.push_back({map_->inside(i, j, unit), normal, plane_, index_});
       }

@@ -111,7 +111,7 @@ Wanted name_balanced(Device& device, const Leaves& leaves, const Places& places,
 
 // Appends the vertices of `made` to the mesh.
 void append_vertices(const Scene& scene, const Frame& frame, Mesh& mesh, const Wanted& wanted,
-                     const std::vector<std::uint32_t>& made, Subdivision& result) {
+                     const std::vector<std::uint32_t>& made) {
   const auto coordinates = wanted.coordinates.download(), parents = wanted.parents.download(),
              polygon = wanted.polygon.download(), owner = wanted.slots.owner.download();
   for (const std::uint32_t slot : made) {
@@ -123,7 +123,7 @@ void append_vertices(const Scene& scene, const Frame& frame, Mesh& mesh, const W
     mesh.lattice.push_back({i, j});
     mesh.position_m.push_back(frame.from_frame(map.position(i, j)));
     mesh.receivers.push_back(receiver);
-    result.parents.push_back(
+    mesh.parents.push_back(
         {parents[4 * slot], parents[4 * slot + 1], parents[4 * slot + 2], parents[4 * slot + 3]});
   }
 }
@@ -188,7 +188,7 @@ Subdivision subdivide(Device& device, const Scene& scene, const Frame& frame, Me
         "adaptive subdivision would make more than {} vertices; use a larger --adaptive", 1u << 31));
   device.run(file, "number_vertices", slots, wanted.order, heads, runs, result.first_vertex, number, made,
              slots);
-  append_vertices(scene, frame, mesh, wanted, made.download(0, vertices), result);
+  append_vertices(scene, frame, mesh, wanted, made.download(0, vertices));
 
   Words counts(device, before.count, "children");
   device.run(file, "ask_children", before.count, split_device, counts, before.count);

@@ -13,8 +13,6 @@ namespace clrad {
 /// What one subdivision changed.
 struct Subdivision {
   std::uint32_t first_vertex = 0;  ///< new vertices are those from here on
-  std::vector<std::array<std::uint32_t, 4>>
-      parents;                       ///< per new vertex: the mean of these was its interpolated value
   std::uint32_t split = 0;           ///< elements split, those that balance forced included
   std::vector<std::uint32_t> owner;  ///< per element now: the element before that it was or came from
 };

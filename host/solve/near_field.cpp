@@ -11,9 +11,9 @@ namespace clrad {
 namespace {
 
 constexpr std::uint32_t most_bands = 16;  // CLRAD_MOST_BANDS of near_field.cl
-// What a patch's average hides shows as far as a share of the patch. Cells of this many levels below a patch show what is
+// What a patch's average hides shows as far as a share of the patch (the outer half of this fades out). Cells of this many levels below a patch show what is
 // needed of it from there, however fine its elements are: work is receivers along a patch's border x its cells.
-constexpr double reach_in_patches = 0.25;
+constexpr double reach_in_patches = 0.5;
 constexpr std::uint32_t cell_level = 3;
 
 // Pieces of patches: elements, or runs of elements that have one ancestor `cell_level` levels below their patch.

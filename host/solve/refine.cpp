@@ -5,8 +5,10 @@
 #include <glm/geometric.hpp>
 #include <numeric>
 
+#include "mesh/lattice.hpp"
 #include "mesh/subdivide.hpp"
 #include "solve/covered.hpp"
+#include "solve/near_field.hpp"
 #include "solve/shoot.hpp"
 
 namespace clrad {
@@ -66,7 +68,7 @@ Marks mark(SolveState& state, const Frame& frame, double tolerated) {
   const AdaptiveOptions& options = state.options.adaptive;
   const Mesh& mesh = state.mesh;
   const auto elements = std::uint32_t(mesh.elements.size());
-  std::vector<std::uint32_t> vertex, patch, levels_left;
+  std::vector<std::uint32_t> vertex, patch, levels_left, made_here, parents;
   std::vector<double> area, reflectance(std::size_t(state.bands) * state.patches);
   for (const PolygonMesh& polygon : mesh.polygons) {
     const std::uint32_t last = std::min(first_level(polygon) + options.max_level, lattice_depth);
@@ -76,6 +78,10 @@ Marks mark(SolveState& state, const Frame& frame, double tolerated) {
       patch.push_back(e.patch);
       area.push_back(e.area_m2);
       levels_left.push_back(last - std::min(last, e.level));
+      for (const std::uint32_t v : e.vertex) {
+        const auto& at = mesh.lattice[v == 0xffffffffu ? e.vertex[0] : v];
+        made_here.push_back(((at[0] | at[1]) & lattice_unit(e.level)) != 0);
+      }
     }
   }
   for (std::uint32_t p = 0; p < state.patches; ++p) {
@@ -83,7 +89,10 @@ Marks mark(SolveState& state, const Frame& frame, double tolerated) {
     for (std::uint32_t b = 0; b < state.bands; ++b)
       reflectance[std::size_t(b) * state.patches + p] = m.reflectance[b];
   }
-  const Array<std::uint32_t> vertex_device(state.device, vertex, "element corners"),
+  for (const auto& of : mesh.parents) parents.insert(parents.end(), of.begin(), of.end());
+  const Array<std::uint32_t> parents_device(state.device, parents, "parents of vertices"),
+      made_device(state.device, made_here, "levels of vertices"),
+      vertex_device(state.device, vertex, "element corners"),
       patch_device(state.device, patch, "element patches"),
       left_device(state.device, levels_left, "element levels");
   const RealArray area_device(state.device, area, "element areas"),
@@ -92,11 +101,21 @@ Marks mark(SolveState& state, const Frame& frame, double tolerated) {
   Array<float> difference(state.device, elements, "radiosity differences");
   Array<std::uint32_t> verdict(state.device, elements, "elements to split");
   state.device.run("solve/refine.cl", "mark_elements", elements, state.vertex_irradiance, vertex_device,
-                   state.covered, patch_device, reflectance_device, area_device, left_device, state.receivers,
-                   camera, state.vertices, state.patches, state.bands, Real{tolerated},
-                   Real{options.min_area_m2}, Real{options.min_projected_area_px}, difference, verdict,
-                   elements);
+                   made_device, parents_device, state.covered, patch_device, reflectance_device, area_device,
+                   left_device, state.receivers, camera, state.vertices, state.patches, state.bands,
+                   Real{tolerated}, Real{options.min_area_m2}, Real{options.min_projected_area_px},
+                   difference, verdict, elements);
   return {difference.download(), verdict.download()};
+}
+
+// By what is going to be displayed: near patches by their pieces. The state keeps its irradiance.
+Marks mark_with_near_field(SolveState& state, Solution& solution, double tolerated) {
+  solution.vertex_irradiance = state.vertex_irradiance.download();
+  solution.patch_irradiance = state.patch_irradiance.download();
+  gather_near_field(state, solution);
+  Marks marks = mark(state, solution.frame, tolerated);
+  state.vertex_irradiance.upload(solution.vertex_irradiance);
+  return marks;
 }
 
 // As many of the elements to split as there is memory for, the largest differences first; returns how many had to stay.
@@ -133,12 +152,14 @@ std::vector<double> ambient_irradiance(SolveState& state) {
   return result;
 }
 
-bool refine(SolveState& state, Solution& solution, const std::vector<OccluderTriangle>& triangles) {
+bool refine(SolveState& state, Solution& solution, const std::vector<OccluderTriangle>& triangles,
+            bool converged) {
   state.shoots_since_refined = 0;
   deliver_pending(state);
   const double tolerated = state.options.adaptive.tolerance * mean_reflected(state);
   if (!(tolerated > 0)) return false;
-  Marks marks = mark(state, solution.frame, tolerated);
+  Marks marks = converged && state.options.near_field ? mark_with_near_field(state, solution, tolerated)
+                                                      : mark(state, solution.frame, tolerated);
   auto& report = solution.report.refinement;
   const auto count = [&](Verdict v) {
     return std::uint64_t(std::count(marks.verdict.begin(), marks.verdict.end(), v));
@@ -165,7 +186,8 @@ bool refine(SolveState& state, Solution& solution, const std::vector<OccluderTri
   state.take_mesh();
   if (state.options.adaptive.interpolate_new) {
     std::vector<std::uint32_t> parents;
-    for (const auto& of : subdivision.parents) parents.insert(parents.end(), of.begin(), of.end());
+    for (std::uint32_t v = first; v < state.vertices; ++v)
+      parents.insert(parents.end(), state.mesh.parents[v].begin(), state.mesh.parents[v].end());
     if (parents.empty()) parents.assign(4, 0);
     interpolate_to_new(state, first, Array<std::uint32_t>(state.device, parents, "parents of new vertices"));
   } else {

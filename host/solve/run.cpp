@@ -31,7 +31,7 @@ bool Run::goes_on(double unshot_relative) {
 bool Run::refined(bool converged) {
   const AdaptiveOptions& adaptive = state.options.adaptive;
   if (!(adaptive.tolerance > 0) || (!converged && state.shoots_since_refined < adaptive.every)) return false;
-  return refine(state, solution, triangles);
+  return refine(state, solution, triangles, converged);
 }
 
 }  // namespace clrad

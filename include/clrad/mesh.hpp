@@ -68,7 +68,10 @@ struct Mesh {
   std::vector<Point> receivers;
   std::vector<glm::dvec3> position_m;                 ///< per vertex, where it is drawn [m]
   std::vector<std::array<std::uint32_t, 2>> lattice;  ///< per vertex (i, j), in patches / 2^lattice_depth
-  double patch_edge_m = 0, element_edge_m = 0;        ///< as used
+  /// Per vertex, the vertices of the next coarser level whose mean the interpolant had there: the ends of an edge, each
+  /// twice, or the corners of a quad; 0xffffffff for a patch's corners.
+  std::vector<std::array<std::uint32_t, 4>> parents;
+  double patch_edge_m = 0, element_edge_m = 0;  ///< as used
 
   std::uint32_t vertex_count() const { return std::uint32_t(receivers.size()); }
 };

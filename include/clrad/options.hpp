@@ -40,7 +40,8 @@ enum class Solver {
 
 /// Adaptive subdivision (section 1.4 of Drucker & Schroeder): elements across which radiosity differs are split.
 struct AdaptiveOptions {
-  /// Split where radiosity differs across an element by more than this x the scene's mean reflected radiosity; 0: never.
+  /// Split where radiosity differs across an element by more than this x the scene's mean reflected radiosity, and the
+  /// level above did not interpolate it that well either; 0: never.
   double tolerance = 0;
   std::uint32_t max_level = 3;  ///< splits of an element of the first mesh
   double min_area_m2 = 0;       ///< no element gets smaller than this

@@ -3,7 +3,8 @@
  * limits on the element's area and on its projected area from a viewpoint (Heckbert 1990).
  *
  * mark_elements    one work-item an element: difference[e] = the largest difference of radiosity between its corners, over
- *                  bands, in units of what is tolerated; 0 where it is at most 1. A covered corner reflects nothing, so the
+ *                  bands, in units of what is tolerated; 0 where it is at most 1, and where the level above already
+ *                  interpolated the element's own vertices that well: an even gradient needs no finer elements. A covered corner reflects nothing, so the
  *                  outline of what stands on a surface is found like a shadow's. verdict[e]: CLRAD_KEEP, CLRAD_SPLIT, or
  *                  what forbids the split.
  * interpolate_new  one work-item a new vertex: the mean of its parents (the alternative that the paper warns of)
@@ -46,7 +47,31 @@ static REAL projected_area(__global const REAL* camera, __global const CLRAD_POI
   return twice > 0 ? twice / 2 : 0; /* counter-clockwise: the front is seen */
 }
 
+/* The most by which irradiance at the vertices that were made for this element's level differs from what the level above
+ * interpolated there; huge where there is no level above, or where something covers one of them. */
+static REAL surprise(__global const REAL* irradiance, __global const uint* vertex, __global const uint* made_here,
+                     __global const uint* parents, __global const uint* covered, uint corners) {
+  REAL most = -1;
+  for (uint k = 0; k < corners; k++) {
+    if (!made_here[k]) continue;
+    const uint v = vertex[k];
+    __global const uint* of = parents + 4 * v;
+    if (of[0] == CLRAD_NONE) return (REAL)1e30f;
+    uint dark = covered[v];
+    REAL mean = 0;
+    for (int i = 0; i < 4; i++) {
+      dark |= covered[of[i]];
+      mean += irradiance[of[i]];
+    }
+    if (dark) return (REAL)1e30f;
+    const REAL d = fabs(irradiance[v] - mean / 4);
+    most = d > most ? d : most;
+  }
+  return most < 0 ? (REAL)1e30f : most;
+}
+
 __kernel void mark_elements(__global const REAL* irradiance, __global const uint* vertex,
+                            __global const uint* made_here, __global const uint* parents,
                             __global const uint* covered, __global const uint* patch_of,
                             __global const REAL* reflectance, __global const REAL* area,
                             __global const uint* levels_left, __global const CLRAD_POINT_T* receivers,
@@ -57,7 +82,7 @@ __kernel void mark_elements(__global const REAL* irradiance, __global const uint
   if (e >= elements) return;
   __global const uint* v = vertex + 4 * e;
   const uint corners = v[3] == CLRAD_NONE ? 3 : 4;
-  REAL most = 0;
+  REAL most = 0, unexpected = 0;
   for (uint b = 0; b < bands; b++) {
     REAL low = 0, high = 0;
     for (uint k = 0; k < corners; k++) {
@@ -67,9 +92,12 @@ __kernel void mark_elements(__global const REAL* irradiance, __global const uint
     }
     const REAL d = reflectance[b * patches + patch_of[e]] * (high - low);
     most = d > most ? d : most;
+    const REAL s = reflectance[b * patches + patch_of[e]] *
+                   surprise(irradiance + (ulong)b * vertices, v, made_here + 4 * e, parents, covered, corners);
+    unexpected = s > unexpected ? s : unexpected;
   }
   most /= tolerated;
-  const int over = most > 1;
+  const int over = most > 1 && unexpected > tolerated;
   difference[e] = over ? (float)most : 0.0f;
   uint result = over ? CLRAD_SPLIT : CLRAD_KEEP;
   if (over && levels_left[e] == 0)
