@@ -61,8 +61,11 @@ class Grid {
     xml += fmt::format(" format=\"appended\" offset=\"{}\"/>\n", offset_);
     const std::uint64_t bytes = values * sizeof(T);
     offset_ += sizeof bytes + bytes;
-    appended_.push_back([make = std::move(make), bytes](FileWriter& file) {
+    appended_.push_back([make = std::move(make), bytes, name](FileWriter& file) {
       const std::vector<T> all = make();
+      if (all.size() * sizeof(T) != bytes)
+        throw UsageError(
+            fmt::format("the solution has {} values of {}, not {}", all.size(), name, bytes / sizeof(T)));
       file.write(&bytes, sizeof bytes);
       file.write(all.data(), bytes);
     });
