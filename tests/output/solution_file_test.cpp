@@ -50,7 +50,9 @@ template <class T>
 void expect_same_bits(const std::vector<T>& a, const std::vector<T>& b, const char* what) {
   static_assert(std::is_trivially_copyable_v<T>);
   ASSERT_EQ(a.size(), b.size()) << what;
-  if (!a.empty()) EXPECT_EQ(std::memcmp(a.data(), b.data(), a.size() * sizeof(T)), 0) << what;
+  if (!a.empty()) {
+    EXPECT_EQ(std::memcmp(a.data(), b.data(), a.size() * sizeof(T)), 0) << what;
+  }
 }
 
 bool same(const SourceLocation& a, const SourceLocation& b) {
