@@ -150,8 +150,9 @@ bool in_range(std::uint64_t first, std::uint64_t count, std::size_t size) {
 bool consistent(const PolygonMesh& m, const Polygon& polygon, const Mesh& mesh) {
   const std::uint64_t u = m.cells_u, v = m.cells_v;
   const std::uint64_t regular = polygon.corners == 4 ? (u + 1) * (v + 1) : (u + 1) * (u + 2) / 2;
-  return (polygon.corners == 4 || u == v) && u >> 31 == 0 && v >> 31 == 0 &&
-         in_range(m.first_vertex, regular, mesh.receivers.size()) &&
+  const std::uint64_t patches_u = m.patches_u, patches_v = m.patches_v;
+  return (polygon.corners == 4 || (u == v && patches_u == patches_v)) && m.patches == patches_u * patches_v &&
+         u >> 31 == 0 && v >> 31 == 0 && in_range(m.first_vertex, regular, mesh.receivers.size()) &&
          in_range(m.first_vertex, m.vertices, mesh.receivers.size()) &&
          in_range(m.first_patch, m.patches, mesh.patches.size()) &&
          in_range(m.first_element, m.elements, mesh.elements.size());
@@ -161,8 +162,8 @@ bool consistent(const Element& element, const Mesh& mesh) {
   const auto& v = element.vertex;
   const auto is_vertex = [&](std::uint32_t i) { return i < mesh.receivers.size(); };
   const auto is_vertex_or_none = [&](std::uint32_t i) { return i == none || is_vertex(i); };
-  return element.patch < mesh.patches.size() && std::all_of(v.begin(), v.begin() + 3, is_vertex) &&
-         is_vertex_or_none(v[3]) &&
+  return element.patch < mesh.patches.size() && element.level <= lattice_depth &&
+         std::all_of(v.begin(), v.begin() + 3, is_vertex) && is_vertex_or_none(v[3]) &&
          std::all_of(element.middle.begin(), element.middle.end(), is_vertex_or_none) &&
          (v[3] != none || element.middle[3] == none);
 }

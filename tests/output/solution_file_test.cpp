@@ -248,9 +248,11 @@ TEST_F(SolutionFile, ForgedIndicesAreRefused) {
   EXPECT_TRUE(refused_after([](Solution& s) { s.mesh.elements[7].vertex[2] = s.vertex_count(); }));
   EXPECT_TRUE(refused_after([](Solution& s) { s.mesh.elements[7].middle[1] = s.vertex_count(); }));
   EXPECT_TRUE(refused_after([](Solution& s) { s.mesh.elements[7].patch = 1000000; }));
+  EXPECT_TRUE(refused_after([](Solution& s) { s.mesh.elements[7].level = 16; }));
   EXPECT_TRUE(refused_after([](Solution& s) { s.mesh.patches[1].polygon = 3; }));
   EXPECT_TRUE(refused_after([](Solution& s) { s.mesh.patches[1].elements = 0xffffffffu; }));
   EXPECT_TRUE(refused_after([](Solution& s) { s.mesh.polygons[1].cells_u = 1u << 30; }));
+  EXPECT_TRUE(refused_after([](Solution& s) { s.mesh.polygons[1].patches_v += 1; }));
   EXPECT_TRUE(refused_after([](Solution& s) { s.mesh.polygons[2].first_patch = 0xffffffffu; }));
   EXPECT_TRUE(refused_after([](Solution& s) { s.mesh.receivers[9].surface = 3; }));
   EXPECT_TRUE(refused_after([](Solution& s) { s.mesh.position_m.pop_back(); }));
