@@ -147,7 +147,7 @@ void add_point_data(Grid& grid, const Solution& s, const DisplayColours& display
 
 void add_cell_data(Grid& grid, const Solution& s) {
   const auto& elements = s.mesh.elements;
-  const auto whole = [&](const char* name, std::function<std::uint32_t(const Element&)> value) {
+  const auto whole = [&](const char* name, const std::function<std::uint32_t(const Element&)>& value) {
     grid.array<std::uint32_t>(name, {}, elements.size(), [&elements, value] {
       std::vector<std::uint32_t> all;
       all.reserve(elements.size());
