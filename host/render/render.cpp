@@ -38,7 +38,8 @@ Image render_through(Device& device, VisibilityEngine& engine, std::span<const O
   const auto numbers =
       camera_numbers(solution, camera, options.width, options.height, device.options().precision);
   const RealArray camera_array(device, numbers, "the camera");
-  const ShadeTables tables = shade_tables(device, triangles, solution, solution.frame.to_frame(camera.eye));
+  const ShadeTables tables =
+      shade_tables(device, triangles, solution, solution.frame.to_frame(camera.eye), options.ambient);
 
   Image image;
   image.width = options.width, image.height = options.height, image.bands = solution.bands;

@@ -32,7 +32,7 @@ struct ShadeTables {
   std::uint32_t vertices = 0, bands = 0;
 };
 ShadeTables shade_tables(Device& device, std::span<const OccluderTriangle> triangles,
-                         const Solution& solution, const glm::dvec3& eye);
+                         const Solution& solution, const glm::dvec3& eye, bool ambient = false);
 void shade_pixels(Device& device, const ShadeTables& tables, const PointArray& origins,
                   const PointArray& targets, const Array<std::uint32_t>& triangles, std::uint32_t samples,
                   std::uint32_t pixels, Array<float>& radiance);

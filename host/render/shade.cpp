@@ -40,7 +40,7 @@ Array<std::uint32_t> on_device(Device& device, std::vector<std::uint32_t> values
 }  // namespace
 
 ShadeTables shade_tables(Device& device, std::span<const OccluderTriangle> triangles,
-                         const Solution& solution, const glm::dvec3& eye) {
+                         const Solution& solution, const glm::dvec3& eye, bool ambient) {
   const auto& scene = solution.scene;
   std::vector<std::uint32_t> polygon_of;
   for (const auto& t : triangles) polygon_of.push_back(t.polygon);
@@ -59,7 +59,7 @@ ShadeTables shade_tables(Device& device, std::span<const OccluderTriangle> trian
   tables.grids = on_device(device, grids, "the picture's lattices");
   tables.layer_start = on_device(device, layers.start, "the picture's layers");
   tables.layers = on_device(device, layers.polygon, "the picture's layers");
-  tables.radiosity = RealArray(device, display_radiosity(solution), "the picture's radiosity");
+  tables.radiosity = RealArray(device, display_radiosity(solution, ambient), "the picture's radiosity");
   tables.vertices = solution.vertex_count();
   tables.bands = solution.bands;
   return tables;

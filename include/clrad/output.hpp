@@ -49,6 +49,19 @@ void write_image(const std::string& path, const Image& image, const ImageOptions
 /// translation.
 void write_gltf(const std::string& path, const Solution& solution);
 
+/// VTK XML unstructured grid (.vtu; binary, appended), as ParaView and VTK read it: points in metres, a cell per element,
+/// as a polygon where a finer neighbour's vertex lies on its edge, so that there is no crack. Point data: radiosity and
+/// irradiance as solved [W/m^2 or lm/m^2] and covered; luminance, the active scalar, and display_colour (sRGB) as a
+/// picture shows them [cd/m^2 or W/(sr m^2)]. Cell data: polygon, patch, material, level, area_m2 and mean_radiosity.
+/// Field data: quantity, units and bands.
+void write_vtu(const std::string& path, const Solution& solution);
+
+/// The whole solution as a file that load_solution() reads back to the bit; the ending is .clrad.
+void write_solution(const std::string& path, const Solution& solution);
+/// Throws InputError "path: ..." with the reason: not a file of clrad's, another kind, another version of the format, cut
+/// short, damaged.
+Solution load_solution(const std::string& path);
+
 /// The JSON report (schema in the README).
 std::string report_json(const Solution& solution);
 void write_report(const std::string& path, const Solution& solution);
