@@ -107,7 +107,8 @@ static_assert(sizeof(Point) == 6 * 8 + 2 * 4);
 
 template <class Visit, OneOf<Mesh> M>
 void visit_mesh(Visit& visit, M& mesh) {
-  auto& [polygons, patches, elements, receivers, position_m, lattice, patch_edge_m, element_edge_m] = mesh;
+  auto& [polygons, patches, elements, receivers, position_m, lattice, parents, patch_edge_m, element_edge_m] =
+      mesh;
   visit("mesh.polygon.first_vertex", polygons, &PolygonMesh::first_vertex);
   visit("mesh.polygon.vertices", polygons, &PolygonMesh::vertices);
   visit("mesh.polygon.first_patch", polygons, &PolygonMesh::first_patch);
@@ -140,6 +141,7 @@ void visit_mesh(Visit& visit, M& mesh) {
   visit("mesh.vertex.surface", receivers, &Point::surface);
   visit("mesh.vertex.position_m", position_m);
   visit("mesh.vertex.lattice", lattice);
+  visit("mesh.vertex.parents", parents);
 }
 
 // first, first + 1, ..., first + count - 1 are all below `size`.
@@ -170,8 +172,12 @@ bool consistent(const Element& element, const Mesh& mesh) {
 
 bool consistent(const Mesh& mesh, const Scene& scene) {
   if (mesh.polygons.size() != scene.polygons.size() || mesh.position_m.size() != mesh.receivers.size() ||
-      mesh.lattice.size() != mesh.receivers.size() || mesh.receivers.size() >= none)
+      mesh.lattice.size() != mesh.receivers.size() || mesh.parents.size() != mesh.receivers.size() ||
+      mesh.receivers.size() >= none)
     return false;
+  for (const auto& of : mesh.parents)
+    for (const std::uint32_t v : of)
+      if (v != none && v >= mesh.receivers.size()) return false;
   for (std::size_t p = 0; p < mesh.polygons.size(); ++p)
     if (!consistent(mesh.polygons[p], scene.polygons[p], mesh)) return false;
   return std::all_of(mesh.patches.begin(), mesh.patches.end(),

@@ -37,7 +37,7 @@ SolveState::SolveState(Device& device_, const Scene& scene_, Mesh& mesh_, std::u
   for (RealArray* a : {&unshot_lost, &patch_irradiance, &patch_irradiance_lost, &total_shot, &pending})
     a->fill_zero();
   // Half of what is left is for columns; the engine's rays and the outputs need the rest.
-  column_budget_bytes_ =
+  column_budget_bytes =
       (device.ledger()->limit - std::min(device.ledger()->limit, device.ledger()->held)) / 2;
 }
 
@@ -107,8 +107,8 @@ std::uint32_t SolveState::add_slot(std::uint32_t patch) {
 
 std::unique_ptr<RealArray> SolveState::vertex_column() {
   const std::uint64_t bytes = column.bytes();
-  if (column_bytes_ + bytes + patch_columns.bytes() > column_budget_bytes_) return nullptr;
-  column_bytes_ += bytes;
+  if (column_bytes + bytes + patch_columns.bytes() > column_budget_bytes) return nullptr;
+  column_bytes += bytes;
   return std::make_unique<RealArray>(device, vertices, "kept columns");
 }
 
@@ -123,7 +123,7 @@ std::uint64_t SolveState::vertices_left() const {
   const std::uint64_t per_vertex = real * (std::uint64_t(patches) + 1 + 4 * bands + 2) + 256;
   const std::uint64_t patch_bytes = real * patches * std::uint64_t(patches);
   const std::uint64_t held = real * vertices * std::uint64_t(patches) + patch_bytes;
-  return held > column_budget_bytes_ ? 0 : (column_budget_bytes_ - held) / per_vertex;
+  return held > column_budget_bytes ? 0 : (column_budget_bytes - held) / per_vertex;
 }
 
 RealArray& SolveState::extend_column(std::uint32_t slot) {
@@ -131,7 +131,7 @@ RealArray& SolveState::extend_column(std::uint32_t slot) {
   auto grown = std::make_unique<RealArray>(device, vertices, "kept columns");
   device.copy(kept->buffer(), grown->buffer(), kept->bytes());
   device.finish();
-  column_bytes_ += grown->bytes() - kept->bytes();
+  column_bytes += grown->bytes() - kept->bytes();
   kept = std::move(grown);
   return *kept;
 }

@@ -56,6 +56,7 @@ class SolveState {
   std::vector<std::unique_ptr<RealArray>> vertex_columns;  ///< by slot; null when not kept
   std::uint64_t shoots = 0, reshoots = 0;
   std::uint32_t shoots_since_refined = 0;
+  std::uint64_t column_budget_bytes = 0, column_bytes = 0;  ///< of kept columns: at most, and now
 
   /// A slot for the column of `patch`, growing the array of columns when it is full.
   std::uint32_t add_slot(std::uint32_t patch);
@@ -74,8 +75,6 @@ class SolveState {
 
  private:
   void upload_patches();
-  std::uint64_t column_budget_bytes_ = 0;
-  std::uint64_t column_bytes_ = 0;
 };
 
 }  // namespace clrad
