@@ -81,6 +81,9 @@ void add_arguments(CLI::App& verb, Arguments& a) {
   verb.add_option("--camera", a.camera, "a camera of the scene, or ex,ey,ez,tx,ty,tz[,degrees]")
       ->group(picture);
   verb.add_option("--size", a.size, "of the picture")->capture_default_str()->group(picture);
+  verb.add_option("--depth", a.image_options.depth, "mirrors and sides of glass that a ray is followed by")
+      ->capture_default_str()
+      ->group(picture);
   verb.add_option("--exposure", a.image_options.exposure_stops, "stops, added to the automatic exposure")
       ->group(picture);
 }
