@@ -114,6 +114,9 @@ class MtlReader : public tinyobj::MaterialReader {
         scene_material_[k++] = static_cast<std::uint32_t>(scene_.materials.size());
       }
       scene_.materials.push_back(material_of(m, file));
+      if (m.is_mirror() || m.is_glass()) {
+        for (const Diagnostic& finding : m.specular_findings) scene_.diagnostics.push_back(finding);
+      }
       const bool sound = std::all_of(m.radiance.begin(), m.radiance.end(),
                                      [](double l) { return l >= 0 && std::isfinite(l); });
       if (!sound) scene_.materials.back().where.line = m.radiance_line;
@@ -124,9 +127,6 @@ class MtlReader : public tinyobj::MaterialReader {
     if (!theirs.diffuse_texname.empty() || !theirs.emissive_texname.empty()) {
       scene_.add(Severity::warning, "texture-ignored", where,
                  fmt::format("the texture of material \"{}\" is ignored; Kd and Ke count", m.name));
-    }
-    if (m.is_mirror() || m.is_glass()) {
-      for (const Diagnostic& finding : m.specular_findings) scene_.diagnostics.push_back(finding);
     }
     if (theirs.dissolve < 1 && !m.is_glass()) {
       scene_.add(Severity::warning, "transparency-ignored", where,

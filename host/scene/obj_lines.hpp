@@ -67,7 +67,7 @@ struct MtlMaterial {
   std::optional<std::array<double, 3>> filtered;  ///< `Tf`
   double dissolve = 1;                            ///< `d`, or 1 - `Tr`
   double ior = 1.5;                               ///< `Ni`
-  std::vector<Diagnostic> specular_findings;      ///< about these five; they matter for mirrors and glass only
+  std::vector<Diagnostic> specular_findings;  ///< about these five; they matter for mirrors and glass only
 
   bool is_mirror() const { return illumination == 3 || illumination == 5; }
   bool is_glass() const {

@@ -147,10 +147,18 @@ TEST(Whitted, SameBitsWhateverWorkGroupMemoryOrEngine) {
   EXPECT_EQ(render_whitted(other, scene, camera, options).radiance, first.radiance);
   const Frame frame = frame_of(scene);
   const auto triangles = occluder_triangles(scene, frame, plane_ids(scene));
+  for (const auto& name : engine_names()) {
+    const auto engine = make_engine(name, test::device(), triangles);
+    EXPECT_EQ(
+        render_whitted_through(test::device(), *engine, triangles, scene, frame, camera, options).radiance,
+        first.radiance)
+        << name;
+  }
   Device tight({.memory_bytes = 2 << 20});
   const auto engine = make_engine("serial", tight, triangles);
   EXPECT_EQ(render_whitted_through(tight, *engine, triangles, scene, frame, camera, options).radiance,
-            first.radiance);
+            first.radiance)
+      << "batches";
   // From a solution it is the same picture: none of the solution is used but the scene.
   ImageOptions direct = options;
   direct.whitted = true;

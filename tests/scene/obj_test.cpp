@@ -233,8 +233,8 @@ TEST(SceneObj, IlluminationModelsOfMirrorsAndGlass) {
   Folder folder;
   using Bands = std::vector<double>;
   for (const char* illum : {"illum 3", "illum 5"}) {
-    const Scene scene =
-        with_material(folder, std::string("Kd 0.1 0.1 0.1\nKe 1 1 1\n") + illum + "\nKs 0.8 0.7 0.6 # bright\n");
+    const Scene scene = with_material(
+        folder, std::string("Kd 0.1 0.1 0.1\nKe 1 1 1\n") + illum + "\nKs 0.8 0.7 0.6 # bright\n");
     EXPECT_TRUE(scene.materials[0].is_mirror());
     EXPECT_EQ(scene.materials[0].specular, (Bands{0.8, 0.7, 0.6}));
     EXPECT_EQ(scene.materials[0].reflectance, (Bands{0.1, 0.1, 0.1}));
@@ -255,7 +255,8 @@ TEST(SceneObj, IlluminationModelsOfMirrorsAndGlass) {
   EXPECT_EQ(with_material(folder, "Ke 1 1 1\nKd 0.25\nillum 4\n").materials[0].transmission, Bands{0.75});
   // Any other model: an exporter's highlight.
   for (const char* illum : {"", "illum 2\n", "illum 8\n"}) {
-    const Scene scene = with_material(folder, std::string("Kd 0.5\nKe 1 1 1\nKs 0.9 0.9 0.9\nNi 1.4\n") + illum);
+    const Scene scene =
+        with_material(folder, std::string("Kd 0.5\nKe 1 1 1\nKs 0.9 0.9 0.9\nNi 1.4\n") + illum);
     EXPECT_FALSE(has_specular(scene));
     EXPECT_TRUE(scene.diagnostics.empty());
   }

@@ -67,7 +67,8 @@ TEST(SceneTopology, ClosedSurfacesAreThoseWithoutOpenOrTurnedSides) {
   EXPECT_EQ(closed_surfaces(load_scene(write_obj(folder, cube(faces)))), none) << "one is turned";
   faces = kInward;
   faces.pop_back();
-  EXPECT_EQ(closed_surfaces(load_scene(write_obj(folder, cube(faces)))), std::vector(5, 0xffffffffu)) << "open";
+  EXPECT_EQ(closed_surfaces(load_scene(write_obj(folder, cube(faces)))), std::vector(5, 0xffffffffu))
+      << "open";
   // A square before two cubes: each cube is named by its first polygon.
   std::string text = kCubeVertices;
   for (int k = 0; k < 8; ++k)
