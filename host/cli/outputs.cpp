@@ -38,6 +38,9 @@ void OutputArguments::add_views_to(CLI::App& verb, const std::string& in_folder)
   verb.add_option("--size", size, "of the picture")->capture_default_str()->group(group);
   verb.add_option("--exposure", picture.exposure_stops, "stops, added to the automatic exposure")
       ->group(group);
+  verb.add_option("--depth", picture.depth, "mirrors and sides of glass that a ray is followed by")
+      ->capture_default_str()
+      ->group(group);
   verb.add_flag("--ambient", picture.ambient,
                 "add what light not yet shot would bring if it were everywhere the same: for previews")
       ->group(group);

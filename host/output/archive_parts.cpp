@@ -196,7 +196,9 @@ bool consistent(const Scene& scene) {
          std::all_of(scene.materials.begin(), scene.materials.end(),
                      [&](const Material& m) {
                        return m.reflectance.size() == scene.bands.size() &&
-                              m.emitted_exitance.size() == scene.bands.size();
+                              m.emitted_exitance.size() == scene.bands.size() &&
+                              (m.specular.empty() || m.specular.size() == scene.bands.size()) &&
+                              (m.transmission.empty() || m.transmission.size() == scene.bands.size());
                      }) &&
          std::all_of(scene.polygons.begin(), scene.polygons.end(),
                      [&](const Polygon& p) {

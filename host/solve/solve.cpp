@@ -136,6 +136,10 @@ Solution solve(Device& device, const Scene& scene, const SolveOptions& options) 
   write_down_options(device, options, solution.mesh, engine_name, report);
   account_energy(state, solution);
   check_invariants(state, solution);
+  if (has_specular(scene))
+    report.warnings.emplace_back(
+        "diffuse light that arrives by way of mirrors or through glass is not solved: to the solve they "
+        "are opaque, and only their diffuse part reflects; pictures follow them");
   report.error.parts.push_back({"convergence", solution.unshot_relative, false});
   report.error.total_relative = NAN;  // the other parts are not estimated yet
   report.stages = device.profile();

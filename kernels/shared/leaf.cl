@@ -5,13 +5,14 @@
  * ends is added as a hat along that edge, falling off to nothing at the other edges: both sides of every edge have the same
  * values, so there is no crack and no jump between levels.
  *
- * Tables: polygons[5 p + ..] = first patch, patches_u, patches_v, corners, 0; patch_first[patch] (patches + 1 values);
+ * Tables: trees[4 p + ..] = first patch, patches_u, patches_v, corners of polygon p; patch_first[patch] (patches + 1 values);
  * code, level [element]; vertex, middle [4 element + k]. */
 #ifndef CLRAD_LEAF_CL
 #define CLRAD_LEAF_CL
 
 #define CLRAD_DEPTH 15
 #define CLRAD_LEAF_VERTICES 8
+#define CLRAD_TREE_UINTS 4
 
 /* One level down; at[] is (x, y) in a quad, barycentric in a triangle. Returns the child. */
 static inline uint clrad_descend(REAL* at, int quad) {

@@ -229,5 +229,18 @@ TEST(Progressive, BadOptionsAreUsageErrors) {
   EXPECT_THROW(solve(device, scene, {.engine = "magic"}), UsageError);
 }
 
+// To the solve, mirrors and glass are opaque surfaces of their diffuse part; the report says what that leaves out.
+TEST(Progressive, MirrorsAndGlassReflectTheirDiffusePartAndTheReportSaysSo) {
+  Scene scene = oracle::box_scene({1, 1, 1}, {0.5}, {1.0});
+  Device device;
+  const Solution plain = solve(device, scene, one_patch_a_face(1, 4));
+  EXPECT_TRUE(plain.report.warnings.empty());
+  for (Material& m : scene.materials) m.specular = {0.3}, m.transmission = {0.1};
+  const Solution glass = solve(device, scene, one_patch_a_face(1, 4));
+  EXPECT_EQ(glass.vertex_irradiance, plain.vertex_irradiance);
+  ASSERT_EQ(glass.report.warnings.size(), 1u);
+  EXPECT_NE(glass.report.warnings[0].find("mirrors or through glass is not solved"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace clrad
