@@ -60,8 +60,9 @@ void add_render(CLI::App& app, Action& action) {
   CLI::App* verb = app.add_subcommand("render", "draw other views of a finished solution, without solving");
   const auto a = std::make_shared<Arguments>();
   verb->add_option("solution", a->solution, "solution.clrad of a solve; with --whitted, a scene")->required();
-  verb->add_flag("--whitted", a->outputs.picture.whitted,
-                 "ray tracing without radiosity: light straight from the lamps, mirrors and glass (Whitted 1980)");
+  verb->add_flag(
+      "--whitted", a->outputs.picture.whitted,
+      "ray tracing without radiosity: light straight from the lamps, mirrors and glass (Whitted 1980)");
   verb->add_option("--light-samples", a->outputs.picture.light_samples, "of --whitted: rays to each lamp")
       ->capture_default_str();
   a->outputs.add_views_to(*verb, "picture.png, scene.glb and scene.vtu");

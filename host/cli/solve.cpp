@@ -82,6 +82,19 @@ void add_arguments(CLI::App& verb, Arguments& a) {
       ->capture_default_str()
       ->group(solving);
 
+  verb.add_option("--checkpoint", a.solve.checkpoint,
+                  "keep the state of the solve in this file while it runs")
+      ->group(solving);
+  verb.add_option("--checkpoint-every", a.solve.checkpoint_every_s,
+                  "least seconds between two; they never take more than 5 % of the time")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str()
+      ->group(solving);
+  verb.add_option("--resume", a.solve.resume,
+                  "go on from a checkpoint of the same scene: the same bits as without a break")
+      ->check(CLI::ExistingFile)
+      ->group(solving);
+
   const char* adaptive = "Adaptive subdivision";
   verb.add_option(
           "--adaptive", a.solve.adaptive.tolerance,

@@ -89,7 +89,7 @@ class DirectLight {
   // column_ = form factor x visible fraction of the light at each receiver.
   void find_column(const Light& light, std::uint32_t count) {
     column_.fill_zero();
-    facing(device_, light.shooter, receivers_, count, flags_);
+    facing(device_, light.shooter, receivers_, 0, count, flags_);
     const std::uint32_t active = compact(device_, flags_.buffer(), count, active_.buffer());
     if (active == 0) return;
     const Segments segments{&receivers_, &active_, active, &light.samples, samples_};

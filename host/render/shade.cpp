@@ -31,8 +31,12 @@ RadiosityTables radiosity_tables(Device& device, const Solution& solution, bool 
   const auto array = [&](const std::vector<std::uint32_t>& values) {
     return Array<std::uint32_t>(device, values, "the picture's elements");
   };
-  return {array(trees),  array(patch_first), array(code),
-          array(level),  array(vertex),      array(middle),
+  return {array(trees),
+          array(patch_first),
+          array(code),
+          array(level),
+          array(vertex),
+          array(middle),
           RealArray(device, display_radiosity(solution, ambient), "the picture's radiosity")};
 }
 

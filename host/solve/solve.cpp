@@ -9,6 +9,7 @@
 #include "clrad/solver.hpp"
 #include "mesh/build.hpp"
 #include "scene/planes.hpp"
+#include "solve/checkpoint.hpp"
 #include "solve/covered.hpp"
 #include "solve/invariants.hpp"
 #include "solve/near_field.hpp"
@@ -97,24 +98,33 @@ Solution solve(Device& device, const Scene& scene, const SolveOptions& options) 
   solution.bands = std::uint32_t(scene.bands.size());
   solution.frame = frame_of(scene);
   const std::vector<std::uint32_t> planes = plane_ids(scene);
-  solution.mesh = build_mesh(scene, solution.frame, planes, options.mesh);
+  std::unique_ptr<Checkpoint> resumed;
+  if (!options.resume.empty()) resumed = std::make_unique<Checkpoint>(options.resume, device, scene, options);
+  if (!resumed) solution.mesh = build_mesh(scene, solution.frame, planes, options.mesh);
   const auto triangles = occluder_triangles(scene, solution.frame, planes);
 
   const std::string engine_name = options.engine != "auto"          ? options.engine
                                   : triangles.size() <= small_scene ? "serial"
                                                                     : "chop";
   const auto engine = engine_for(device, engine_name, triangles, options);
-  const auto overlaid = overlaid_vertices(scene, solution.mesh);
-  solution.vertex_covered = covered_vertices(device, scene, solution.mesh, triangles, *engine, overlaid);
+  if (resumed)
+    resumed->read_mesh(solution);
+  else
+    solution.vertex_covered = covered_vertices(device, scene, solution.mesh, triangles, *engine,
+                                               overlaid_vertices(scene, solution.mesh));
 
   SolveState state(device, scene, solution.mesh, solution.bands, *engine, options, solution.vertex_covered,
                    solution.frame.metres());
   solution.report.seconds.build = since(start);
   const auto shooting = Clock::now();
   Run run{state, solution, triangles, shooting};
+  if (resumed) resumed->read_state(run);
+  resumed.reset();
+  run.next_checkpoint = run.seconds() + options.checkpoint_every_s;
   const bool converged =
       options.solver == Solver::progressive ? shoot_until_converged(run) : gather_until_converged(run);
   solution.stopped = !converged;
+  if (!options.checkpoint.empty()) run.keep_checkpoint();
   deliver_pending(state);
   solution.ambient = ambient_irradiance(state);
   solution.vertex_irradiance = state.vertex_irradiance.download();
@@ -129,7 +139,7 @@ Solution solve(Device& device, const Scene& scene, const SolveOptions& options) 
   Report& report = solution.report;
   report.shoots = state.shoots;
   report.reshoots = state.reshoots;
-  const VisibilityCounts counts = engine->counts();
+  const VisibilityCounts counts = run.counts();
   report.rays = counts.rays, report.pieces = counts.pieces, report.candidates = counts.candidates,
   report.exact_tests = counts.exact;
   report.device = device.info();
