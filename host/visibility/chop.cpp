@@ -277,8 +277,7 @@ class Chop final : public ChopEngine {
       need_pieces(to, total);
       device_.run(file, "chop_cut", total, total, axis, next, scratch_.cut.offsets, scratch_.cut.owner,
                   scratch_.cut.rank, grid_.frame, grid_.first_block, scratch_.from, scratch_.to, run_, pairs_,
-                  from.ray, from.cell, from.t0, from.t1, to.ray,
-                  to.cell, to.t0, to.t1, to.counts);
+                  from.ray, from.cell, from.t0, from.t1, to.ray, to.cell, to.t0, to.t1, to.counts);
       std::swap(from, to);
       pieces = total;
     }

@@ -18,7 +18,8 @@ namespace clrad {
 struct ChopOptions {
   std::uint32_t rays_per_batch = 0;                ///< 0: what the caches like, less when memory is short
   std::array<std::uint32_t, 3> cells = {0, 0, 0};  ///< of the grid; 0: by cost
-  std::uint32_t slab = 0xffffffffu;  ///< cells in a wave of occluded(); 0: one wave; 0xffffffff: by the grid's size
+  std::uint32_t slab =
+      0xffffffffu;  ///< cells in a wave of occluded(); 0: one wave; 0xffffffff: by the grid's size
 };
 
 /// One ray/voxel piece: what the paper's figure 1.2 shows.
