@@ -98,7 +98,7 @@ void shoot_in_turns(const Scene& scene, std::vector<Config>& configs, std::uint3
 int main(int argc, char** argv) try {
   std::string out = "out/bench/table.json";
   std::uint32_t n = 16;
-  std::uint64_t shoots = 15;
+  std::uint64_t shoots = 25;
   std::vector<int> sizes = {903, 1386, 5761};
   for (int i = 1; i < argc; ++i) {
     const std::string a = argv[i];
@@ -117,6 +117,7 @@ int main(int argc, char** argv) try {
   nlohmann::json report;
   report["benchmark"] = "table";
   report["load_before"] = load();
+  const Others others;
   std::printf("%-12s %-26s %5s %9s %8s %9s %3s %11s %15s %12s %8s\n", "scene", "engine or machine", "units",
               "occluders", "patches", "vertices", "n", "s/shoot", "quarters", "patches/s", "1 -> k");
   for (const int size : sizes) {
@@ -174,6 +175,7 @@ int main(int argc, char** argv) try {
                                {"seconds_per_shoot", row.seconds},
                                {"patches_per_s_per_shoot", row.patches_per_s}});
   report["load_after"] = load();
+  report["others_busy_cores"] = others.cores();
   std::ofstream(out) << report.dump(2) << '\n';
   std::printf("load average of the machine %.1f before, %.1f after; wrote %s\n",
               double(report["load_before"]), double(report["load_after"]), out.c_str());

@@ -13,6 +13,7 @@ namespace clrad::bench {
 
 struct CurveOptions {
   bool quick = false;
+  ChopOptions chop;  ///< of the curve over occluders
   std::string folder;
 };
 

@@ -52,7 +52,7 @@ nlohmann::json occluders_curve(const CurveOptions& options) {
     for (const std::uint32_t patch : shooters(s, 8))
       all.push_back(step_of(s, patch, n, size > most_serial ? 4096 : most));
     StepsOnDevice steps(device, all);
-    auto chop = make_chop(device, s.triangles);
+    auto chop = make_chop(device, s.triangles, options.chop);
     std::vector<std::uint32_t> bits;
     check_bits(steps, *chop, bits);
     std::vector<std::function<void()>> what = {[&] { steps.run(*chop); }};

@@ -153,14 +153,18 @@ void BundleTracer::test(std::uint32_t pieces, Array<std::uint64_t>& sums) {
 /// from the wave before (all of them in wave 0).
 void BundleTracer::count_wave(std::uint32_t wave, std::uint32_t bundles,
                               const std::vector<std::uint32_t>& more) {
-  if (waves_.size() <= wave) waves_.resize(wave + 1);
   const auto blocked = scratch_.blocked.download(0, bundles);
   const std::uint32_t groups = (run_ + width() - 1) / width();
+  WaveWork work;
   for (std::uint32_t b = 0; b < bundles; ++b) {
     if (wave > 0 && !more[b]) continue;
-    waves_[wave].rays += pairs_ ? 1 : std::min(run_ - b % groups * width(), width());
-    waves_[wave].blocked += std::uint64_t(std::popcount(blocked[b]));
+    work.rays += pairs_ ? 1 : std::min(run_ - b % groups * width(), width());
+    work.blocked += std::uint64_t(std::popcount(blocked[b]));
   }
+  if (work.rays == 0) return;
+  if (waves_.size() <= wave) waves_.resize(wave + 1);
+  waves_[wave].rays += work.rays;
+  waves_[wave].blocked += work.blocked;
 }
 
 }  // namespace clrad

@@ -20,7 +20,7 @@ struct WaveWork {
 
 class BundleTracer {
  public:
-  /// What it reads has to outlive it. slab: cells in a wave, 0 for one wave. packets: as chop_packets writes them.
+  /// What it reads has to outlive it. slab: cells in the first wave, 0 for one wave. packets: as chop_packets writes them.
   BundleTracer(Device& device, const Occluders& occluders, const Grid& grid, const Array<float>& packets,
                const Array<std::uint32_t>& packet_planes, std::uint32_t slab);
 

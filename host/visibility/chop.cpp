@@ -20,7 +20,7 @@ namespace {
 constexpr const char* file = "visibility/chop.cl";
 constexpr std::uint32_t tally_items = BundleTracer::tally_items;
 
-/// Cells in a wave unless the grid is that small anyway, and rays in a batch: measured, see
+/// Cells in the first wave unless the grid is that small anyway, and rays in a batch: measured, see
 /// bench/visibility.cpp.
 constexpr std::uint32_t usual_slab = 8;
 constexpr std::uint32_t usual_batch = 1u << 16;

@@ -19,7 +19,8 @@ struct ChopOptions {
   std::uint32_t rays_per_batch = 0;                ///< 0: what the caches like, less when memory is short
   std::array<std::uint32_t, 3> cells = {0, 0, 0};  ///< of the grid; 0: by cost
   std::uint32_t slab =
-      0xffffffffu;  ///< cells in a wave of occluded(); 0: one wave; 0xffffffff: by the grid's size
+      0xffffffffu;  ///< cells in the first wave of occluded(), twice as many in each next; 0: one wave;
+                    ///< 0xffffffff: by the grid's size
 };
 
 /// One ray/voxel piece: what the paper's figure 1.2 shows.

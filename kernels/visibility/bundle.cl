@@ -15,7 +15,8 @@
  * rays share: the records of pieces, their allocation, and the triangles of a block, loaded once for all of them with
  * what depends on the origin alone.
  *
- * A wave holds the part of a bundle in its w-th run of `slab` cells along the axis on which it crosses most cells.
+ * Wave w holds the part of a bundle in its next slab * 2^w cells along the axis on which it crosses most cells: most rays
+ * of a crowded scene are blocked soon, and those that are not should not take many waves.
  * A piece is (bundle, cell, first cell along the next axis, t0 and t1 of each lane; t0 > t1: the ray is not there);
  * cell = x | y << 10 | z << 20. Of the last cut only the lanes are kept, as bits. */
 #include "shared/block.cl"
@@ -222,7 +223,7 @@ __kernel void bundle_wave(uint count, __global const uint* alive, uint use_alive
       low = l;
       high = h;
     }
-    const int done = (int)(wave * slab), cells = high - low + 1, end = min(done + (int)slab, cells);
+    const int done = (int)(slab * ((1u << wave) - 1u)), cells = high - low + 1, end = min(done + (int)(slab << wave), cells);
     const int back = lane_target(b, along, 0) < as_float(b.a[along]);
     goes_on = end < cells;
     const int first = back ? high + 1 - end : low + done, last = back ? high - done : low + end - 1;
