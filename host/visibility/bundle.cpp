@@ -68,26 +68,24 @@ void BundleTracer::occluded(const Segments& s, const Batch& b, Array<std::uint32
     const auto stage = device_.stage("clip rays to the grid");
     need(device_, scratch_.blocked, bundles, "blocked rays");
     need(device_, scratch_.windows, bundles, "cells of a wave");
-    need(device_, scratch_.more, bundles, "rays that go on");
+    need(device_, scratch_.needs, bundles, "waves of rays");
     need(device_, scratch_.flags, slab_ ? bundles : 1, "ray flags");
     need(device_, scratch_.alive, slab_ ? bundles : 1, "rays alive");
     device_.fill_bytes(scratch_.blocked.buffer(), 0, bundles * 4ull);
     upload_ends(s, b);
   }
   std::uint32_t count = grid_.blocks == 0 ? 0 : bundles;
-  std::vector<std::uint32_t> more;
   for (std::uint32_t wave = 0; count > 0; ++wave) {
     if (wave > 0) {
       const auto stage = device_.stage("drop blocked rays");
-      if (counts_waves_) more = scratch_.more.download(0, bundles);
-      device_.run(file, "bundle_alive", bundles, bundles, run_, pairs_, scratch_.more, scratch_.blocked,
-                  scratch_.flags);
+      device_.run(file, "bundle_alive", bundles, bundles, wave, run_, pairs_, scratch_.needs,
+                  scratch_.blocked, scratch_.flags);
       count = compact(device_, scratch_.flags.buffer(), bundles, scratch_.alive.buffer());
-      if (counts_waves_ && count == 0) count_wave(wave, bundles, more);
+      if (counts_waves_ && count == 0) count_wave(wave, bundles);
       if (count == 0) break;
     }
     start_wave(count, wave);
-    if (counts_waves_) count_wave(wave, bundles, more);
+    if (counts_waves_) count_wave(wave, bundles);
     const std::uint32_t pieces = cut(count);
     if (counts_waves_ && pieces > 0)
       for (const std::uint32_t lanes : scratch_.here.low.download(0, pieces))
@@ -111,7 +109,7 @@ void BundleTracer::start_wave(std::uint32_t count, std::uint32_t wave) {
   device_.run(file, "bundle_wave", count, count, wave > 0 ? scratch_.alive : scratch_.blocked,
               cl_uint(wave > 0), wave, slab_, scratch_.from, scratch_.to, run_, pairs_, grid_.frame,
               grid_.first_block, axes_.empty() ? 3u : axes_[0], scratch_.blocked, scratch_.windows,
-              scratch_.more, p.bundle, p.cell, p.low, p.t, p.counts);
+              scratch_.needs, p.bundle, p.cell, p.low, p.t, p.counts);
 }
 
 /// Cuts the bundles of scratch_.here along every axis that has cells; returns how many pieces there are then,
@@ -149,15 +147,15 @@ void BundleTracer::test(std::uint32_t pieces, Array<std::uint64_t>& sums) {
               tally_items);
 }
 
-/// The rays that wave `wave` reaches, and those of them that an earlier one blocked. `more`: bundles that go on
-/// from the wave before (all of them in wave 0).
-void BundleTracer::count_wave(std::uint32_t wave, std::uint32_t bundles,
-                              const std::vector<std::uint32_t>& more) {
+/// The rays that wave `wave` is for, and those of them that an earlier one blocked; after start_wave, or instead
+/// of it where all are blocked.
+void BundleTracer::count_wave(std::uint32_t wave, std::uint32_t bundles) {
+  const auto needs = scratch_.needs.download(0, bundles);
   const auto blocked = scratch_.blocked.download(0, bundles);
   const std::uint32_t groups = (run_ + width() - 1) / width();
   WaveWork work;
   for (std::uint32_t b = 0; b < bundles; ++b) {
-    if (wave > 0 && !more[b]) continue;
+    if (needs[b] <= wave) continue;
     work.rays += pairs_ ? 1 : std::min(run_ - b % groups * width(), width());
     work.blocked += std::uint64_t(std::popcount(blocked[b]));
   }

@@ -13,7 +13,7 @@ namespace clrad {
 
 /// What one wave had to do, summed over batches: how much of the work blocked rays were spared.
 struct WaveWork {
-  std::uint64_t rays = 0;     ///< that this wave reaches, blocked or not
+  std::uint64_t rays = 0;     ///< that are long enough for this wave, blocked or not
   std::uint64_t blocked = 0;  ///< of these, by an earlier wave: they did no more work
   std::uint64_t pieces = 0;   ///< ray/voxel pieces that the others were cut into
 };
@@ -44,7 +44,7 @@ class BundleTracer {
     Array<float> t;                                  ///< t0 and t1 of each lane
   };
   struct Scratch {
-    Array<std::uint32_t> from, to, windows, more, blocked, flags, alive;
+    Array<std::uint32_t> from, to, windows, needs, blocked, flags, alive;
     Pieces here, there;
     Allocation cut, pairs;
   };
@@ -68,7 +68,7 @@ class BundleTracer {
   void need_pieces(Pieces& pieces, std::uint32_t count, bool last);
   std::uint32_t cut(std::uint32_t bundles);
   void test(std::uint32_t pieces, Array<std::uint64_t>& sums);
-  void count_wave(std::uint32_t wave, std::uint32_t bundles, const std::vector<std::uint32_t>& more);
+  void count_wave(std::uint32_t wave, std::uint32_t bundles);
 };
 
 }  // namespace clrad

@@ -109,8 +109,8 @@ static inline clrad_ints clip_lanes(bundle b, __global const float* frame, clrad
     const clrad_floats p = (low - o) * inverse, q = (high - o) * inverse;
     const clrad_floats near = CLRAD_MIN(p, q), far = p < q ? q : p;
     const clrad_ints along = CLRAD_IS(d == 0.0f), moving = ~along;
-    begin = moving & CLRAD_IS(near >= begin) ? near : begin;
-    end = moving & CLRAD_IS(far <= end) ? far : end;
+    begin = (moving & CLRAD_IS(near >= begin)) ? near : begin;
+    end = (moving & CLRAD_IS(far <= end)) ? far : end;
     inside &= moving | (clrad_ints)(o >= low && o <= high ? -1 : 0);
     moves |= moving;
   }
@@ -196,11 +196,11 @@ static inline void put_piece(bundle b, uint bundle_number, uint cell, uint next,
 }
 
 /* Wave `wave` of bundle alive[i] (of i when use_alive is 0), without its blocked rays. windows[b]: the cells it may use;
- * more[b]: the bundle goes on after this wave. slab = 0: all of it is one wave. */
+ * needs[b]: how many waves take the bundle to its end. slab = 0: all of it is one wave. */
 __kernel void bundle_wave(uint count, __global const uint* alive, uint use_alive, uint wave, uint slab,
                           __global const uint* from, __global const uint* to, uint run, uint pairs,
                           __global const float* frame, __global const uint* first_block, uint axis,
-                          __global const uint* blocked, __global uint* windows, __global uint* more,
+                          __global const uint* blocked, __global uint* windows, __global uint* needs,
                           __global uint* piece_bundle, __global uint* piece_cell, __global uint* piece_low,
                           __global float* piece_t, __global uint* counts) {
   const uint i = get_global_id(0);
@@ -210,7 +210,7 @@ __kernel void bundle_wave(uint count, __global const uint* alive, uint use_alive
   clrad_floats t0, t1;
   const clrad_ints meets = clip_lanes(b, frame, &t0, &t1) & CLRAD_IS(CLRAD_LANES < b.lanes);
   clrad_ints there = meets & ~CLRAD_IS((CLRAD_LANE_BITS(0) & (int)blocked[number]) != 0);
-  uint window = ANY_CELLS, goes_on = 0;
+  uint window = ANY_CELLS, waves = 1;
   if (slab > 0 && clrad_bits_of_any(meets) != 0) {
     /* From all rays, blocked or not, so that every wave sees the same. */
     uint along = 0;
@@ -225,13 +225,13 @@ __kernel void bundle_wave(uint count, __global const uint* alive, uint use_alive
     }
     const int done = (int)(slab * ((1u << wave) - 1u)), cells = high - low + 1, end = min(done + (int)(slab << wave), cells);
     const int back = lane_target(b, along, 0) < as_float(b.a[along]);
-    goes_on = end < cells;
+    waves = 32u - clz(((uint)cells + slab - 1u) / slab);
     const int first = back ? high + 1 - end : low + done, last = back ? high - done : low + end - 1;
     there = cut_lanes(b, along, ANY_CELLS, frame, first, last, there, &t0, &t1);
     window = along << 20 | (uint)last << 10 | (uint)first;
   }
   windows[number] = window;
-  more[number] = goes_on;
+  needs[number] = waves;
   t0 = there ? t0 : (clrad_floats)1.0f;
   t1 = there ? t1 : (clrad_floats)0.0f;
   put_piece(b, number, 0, axis, window, there, t0, t1, frame, first_block, i, piece_bundle, piece_cell, piece_low, piece_t,
@@ -333,14 +333,14 @@ __kernel void bundle_test(uint slots, __global const uint* owner, __global const
 
 /* ---- results */
 
-/* flags[b] = the bundle goes on and not all of its rays are blocked. */
-__kernel void bundle_alive(uint bundles, uint run, uint pairs, __global const uint* more, __global const uint* blocked,
-                           __global uint* flags) {
+/* flags[b] = wave `wave` is for the bundle and not all of its rays are blocked. */
+__kernel void bundle_alive(uint bundles, uint wave, uint run, uint pairs, __global const uint* needs,
+                           __global const uint* blocked, __global uint* flags) {
   const uint b = get_global_id(0);
   if (b >= bundles) return;
   const uint groups = (run + CLRAD_WIDTH - 1) / CLRAD_WIDTH;
   const uint lanes = pairs ? 1u : min(run - b % groups * CLRAD_WIDTH, (uint)CLRAD_WIDTH);
-  flags[b] = more[b] & (popcount(blocked[b]) < lanes ? 1u : 0u);
+  flags[b] = needs[b] > wave && popcount(blocked[b]) < lanes ? 1u : 0u;
 }
 
 /* Word w of the batch: bit k of chosen origin first_origin + w / words is its ray 32 (w % words) + k. */
