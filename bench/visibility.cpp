@@ -1,5 +1,5 @@
 /// Visibility tests a second of the engines: the Cornell box (light to receivers) and generated rooms full of
-/// boxes. Usage: bench_visibility [-o FILE] [--quick] [--cores N] [--receivers N] [--profile] [--batch N] [--cells
+/// boxes. Usage: bench_visibility [-o FILE] [--quick] [--cores N] [--receivers N] [--profile] [--packet N] [--batch N] [--cells
 /// NxNxN] [--slab N]
 #include <fmt/format.h>
 
@@ -171,6 +171,8 @@ int main(int argc, char** argv) {
       profile = true;
     else if (a == "--cores")
       device_options.cores = unsigned(std::atoi(value()));
+    else if (a == "--packet")
+      device_options.packet_width = unsigned(std::atoi(value()));
     else if (a == "--receivers")
       receivers = std::atoi(value());
     else if (a == "--batch")

@@ -66,6 +66,14 @@ class Model {
   void lathe(const std::string& name, const Point& foot, const std::vector<Ring>& rings, int sides,
              std::uint32_t material);
 
+  struct Face {
+    std::array<std::uint32_t, 4> vertex;
+    std::uint32_t corners, material, object;
+  };
+  const std::vector<Point>& vertices() const { return vertices_; }
+  const std::vector<Face>& faces() const { return faces_; }
+  const std::vector<MaterialText>& materials() const { return materials_; }
+
   std::size_t polygons() const { return faces_.size(); }
   std::size_t triangles() const;
 
@@ -74,10 +82,6 @@ class Model {
   void write(const std::string& path, const std::string& made_by) const;
 
  private:
-  struct Face {
-    std::array<std::uint32_t, 4> vertex;
-    std::uint32_t corners, material, object;
-  };
   std::uint32_t vertex(const Point& p);
   void face(std::initializer_list<std::uint32_t> corners, std::uint32_t material);
   void object(const std::string& name) { objects_.push_back(name); }

@@ -9,6 +9,8 @@
 
 #include "clrad/error.hpp"
 #include "clrad/primitives.hpp"
+#include "visibility/batch.hpp"
+#include "visibility/bundle.hpp"
 #include "visibility/grid.hpp"
 #include "visibility/occluders.hpp"
 
@@ -16,9 +18,9 @@ namespace clrad {
 namespace {
 
 constexpr const char* file = "visibility/chop.cl";
-constexpr std::uint32_t tally_items = 64;
+constexpr std::uint32_t tally_items = BundleTracer::tally_items;
 
-/// Cells in a wave unless the grid is that small anyway, and rays in a batch: measured, see
+/// Cells in the first wave unless the grid is that small anyway, and rays in a batch: measured, see
 /// bench/visibility.cpp.
 constexpr std::uint32_t usual_slab = 8;
 constexpr std::uint32_t usual_batch = 1u << 16;
@@ -32,19 +34,12 @@ struct Pieces {
   Array<float> t0, t1;
 };
 
-/// All that a batch needs, kept from batch to batch.
+/// What the nearest hits of a batch need, kept from batch to batch.
 struct Scratch {
   Array<float> ray_t, slot_t, least;
-  Array<std::uint32_t> from, to, ray_cells, ray_triangle, more, blocked, flags, alive;
-  Array<std::uint32_t> doubt, doubtful, slot_triangle, positions, at;
+  Array<std::uint32_t> from, to, ray_triangle, doubt, doubtful, slot_triangle, positions, at;
   Pieces here, there;
   Allocation cut, pairs;
-};
-
-/// Segments of chosen origins [first_origin, ...) and samples [first_sample, first_sample + run).
-struct Batch {
-  std::uint32_t first_origin = 0, origins = 0, first_sample = 0, run = 1;
-  std::uint32_t rays() const { return origins * run; }
 };
 
 class Chop final : public ChopEngine {
@@ -59,32 +54,23 @@ class Chop final : public ChopEngine {
         packet_planes_(device, std::max<std::uint64_t>(1, std::uint64_t(grid_.blocks) * grid_.width),
                        "packet planes"),
         sums_(device, 3 * tally_items, "visibility counts"),
-        batch_sums_(device, 3 * tally_items, "visibility counts of a batch") {
+        batch_sums_(device, 3 * tally_items, "visibility counts of a batch"),
+        bundles_(device, occluders_, grid_, packets_, packet_planes_, slab_of(grid_, options)) {
     const std::uint32_t lanes = grid_.blocks * grid_.width;
     device_.run(file, "chop_packets", lanes, lanes, grid_.lanes, occluders_.triangles, occluders_.facets,
                 packets_, packet_planes_);
     sums_.fill_zero();
     for (std::uint32_t a = 0; a < 3; ++a)
       if (grid_.cells[a] > 1) axes_.push_back(a);
-    slab_ = options.slab;
-    if (slab_ == 0xffffffffu) slab_ = usual_slab;
-    if (slab_ >= std::max({grid_.cells[0], grid_.cells[1], grid_.cells[2]})) slab_ = 0;
   }
 
   std::string name() const override { return "chop"; }
 
   void occluded(const Segments& s, Array<std::uint32_t>& masks) override {
     check(s);
-    const std::uint32_t words = s.words_per_origin();
-    if (masks.size() < std::uint64_t(s.origin_count) * words)
+    if (masks.size() < std::uint64_t(s.origin_count) * s.words_per_origin())
       throw UsageError("the array of visibility masks is smaller than the segments need");
-    in_batches(s, [&](const Batch& b) {
-      trace(s, b, false);
-      const auto stage = device_.stage("pack visibility masks");
-      const std::uint32_t words_now = (b.run + 31) / 32;
-      device_.run(file, "chop_masks", b.origins * words_now, b.origins * words_now, b.first_origin,
-                  b.first_sample / 32, words_now, words, b.run, scratch_.blocked, masks);
-    });
+    in_batches(s, [&](const Batch& b) { bundles_.occluded(s, b, masks, batch_sums_); });
   }
 
   void intersect_closest(const Segments& s, Array<std::uint32_t>& triangle, Array<float>& t) override {
@@ -92,7 +78,7 @@ class Chop final : public ChopEngine {
     if (triangle.size() < s.count() || t.size() < s.count())
       throw UsageError("the arrays of nearest hits are smaller than the segments need");
     in_batches(s, [&](const Batch& b) {
-      trace(s, b, true);
+      trace(s, b);
       const auto stage = device_.stage("nearest hit of each ray");
       const std::uint64_t first =
           std::uint64_t(b.first_origin) * (s.samples ? s.samples : 1) + b.first_sample;
@@ -107,8 +93,7 @@ class Chop final : public ChopEngine {
     for (std::uint32_t i = 0; i < tally_items; ++i) {
       c.candidates += sums[i];
       c.exact += sums[tally_items + i];
-      // Where nothing is cut a piece is a ray that meets the box of the one voxel.
-      if (axes_.empty()) c.pieces += sums[2 * tally_items + i];
+      c.pieces += sums[2 * tally_items + i];
     }
     return c;
   }
@@ -119,7 +104,7 @@ class Chop final : public ChopEngine {
     in_batches(s, [&](const Batch& b) {
       const std::uint64_t first =
           std::uint64_t(b.first_origin) * (s.samples ? s.samples : 1) + b.first_sample;
-      trace(s, b, true, [&](std::uint32_t count) {
+      trace(s, b, [&](std::uint32_t count) {
         const auto& p = scratch_.here;
         const auto ray = p.ray.download(0, count), cell = p.cell.download(0, count);
         const auto t0 = p.t0.download(0, count), t1 = p.t1.download(0, count);
@@ -135,6 +120,8 @@ class Chop final : public ChopEngine {
   }
 
   const Grid& grid() const override { return grid_; }
+  void count_waves() override { bundles_.count_waves(); }
+  const std::vector<WaveWork>& waves() const override { return bundles_.waves(); }
 
  private:
   Device& device_;
@@ -145,10 +132,9 @@ class Chop final : public ChopEngine {
   Array<std::uint32_t> packet_planes_;
   Array<std::uint64_t> sums_, batch_sums_;
   std::vector<std::uint32_t> axes_;  ///< that are cut: those with more than one cell
-  std::uint32_t slab_ = 0;
+  BundleTracer bundles_;
   Scratch scratch_;
   VisibilityCounts counts_;
-  std::uint64_t batch_pieces_ = 0;
   std::uint32_t run_ = 1, pairs_ = 0;    ///< how ray numbers of the batch stand for its ends
   std::uint32_t smaller_ = 0xffffffffu;  ///< rays that fitted after a batch did not
 
@@ -160,12 +146,14 @@ class Chop final : public ChopEngine {
       throw UsageError("visibility segments name more targets than there are");
   }
 
+  static std::uint32_t slab_of(const Grid& grid, const ChopOptions& options) {
+    const std::uint32_t slab = options.slab == 0xffffffffu ? usual_slab : options.slab;
+    return slab >= std::max({grid.cells[0], grid.cells[1], grid.cells[2]}) ? 0 : slab;
+  }
+
   template <class T>
   void need(Array<T>& array, std::uint64_t count, const char* what) {
-    if (array.size() >= count && array.size() > 0) return;
-    const std::uint64_t room = std::max<std::uint64_t>(count + count / 8, 1024);
-    array = {};
-    array = Array<T>(device_, room, what);
+    clrad::need(device_, array, count, what);
   }
 
   std::uint32_t batch_rays() const {
@@ -175,8 +163,12 @@ class Chop final : public ChopEngine {
     const std::uint64_t left = ledger.limit - std::min(ledger.limit, ledger.held);
     const auto fits = std::uint32_t(std::min<std::uint64_t>(left / 2 / bytes_per_ray, usual_batch));
     // What the scratch of earlier batches holds is not `left`, but it is there.
-    const auto held = std::uint32_t(scratch_.blocked.size() / 9 * 8);
+    const auto held = rays_held();
     return std::max(std::min(std::max(fits, held), smaller_), least_batch);
+  }
+
+  std::uint32_t rays_held() const {
+    return std::max(std::uint32_t(scratch_.ray_t.size() / 9 * 8), bundles_.rays_held());
   }
 
   /// Calls body for batch after batch; one that does not fit the memory is redone in halves.
@@ -195,7 +187,6 @@ class Chop final : public ChopEngine {
       }
       std::string trouble;
       try {
-        batch_pieces_ = 0;
         batch_sums_.fill_zero();
         body(b);
         device_.run(file, "chop_fold", 3 * tally_items, 3 * tally_items, batch_sums_, sums_);
@@ -206,13 +197,13 @@ class Chop final : public ChopEngine {
       }
       if (!trouble.empty()) {
         scratch_ = {};
+        bundles_.release();
         if (b.rays() <= least_batch)
           throw MemoryError(fmt::format("{} (tracing only {} rays at a time)", trouble, b.rays()));
         smaller_ = b.rays() / 2;
         continue;
       }
       counts_.rays += b.rays();
-      counts_.pieces += batch_pieces_;
       b.first_sample += b.run;
       if (b.first_sample >= run) {
         b.first_sample = 0;
@@ -220,9 +211,10 @@ class Chop final : public ChopEngine {
       }
     }
     // Not at the cost of others: scratch that takes much of the budget is given back.
-    if (scratch_.blocked.size() * bytes_per_ray > device_.ledger()->limit / 4) {
+    if (rays_held() * bytes_per_ray > device_.ledger()->limit / 4) {
       device_.finish();
       scratch_ = {};
+      bundles_.release();
     }
   }
 
@@ -232,17 +224,17 @@ class Chop final : public ChopEngine {
     return names[axis];
   }
 
-  void trace(const Segments& s, const Batch& b, bool nearest,
-             const std::function<void(std::uint32_t)>& look = nullptr) {
+  /// The nearest hits of a batch into scratch_.ray_t and ray_triangle. Nothing ends early here: how near a hit is
+  /// to say is the same float formula for every engine, and a later voxel may hold one that it calls nearer.
+  void trace(const Segments& s, const Batch& b, const std::function<void(std::uint32_t)>& look = nullptr) {
     const std::uint32_t rays = b.rays();
-    need_rays(rays, nearest);
     {
       const auto stage = device_.stage("clip rays to the grid");
-      device_.fill_bytes(scratch_.blocked.buffer(), 0, rays * 4ull);
-      if (nearest) {
-        device_.fill_bytes(scratch_.ray_t.buffer(), 0x7f800000u, rays * 4ull);  // +infinity
-        device_.fill_bytes(scratch_.ray_triangle.buffer(), CLRAD_NONE, rays * 4ull);
-      }
+      need(scratch_.ray_t, rays, "nearest hits");
+      need(scratch_.ray_triangle, rays, "nearest triangles");
+      need_pieces(scratch_.here, rays);
+      device_.fill_bytes(scratch_.ray_t.buffer(), 0x7f800000u, rays * 4ull);  // +infinity
+      device_.fill_bytes(scratch_.ray_triangle.buffer(), CLRAD_NONE, rays * 4ull);
       auto& p = scratch_.here;
       run_ = b.run;
       pairs_ = s.samples == 0;
@@ -254,53 +246,13 @@ class Chop final : public ChopEngine {
                   cl_uint(s.active != nullptr), scratch_.from);
       device_.run(file, "chop_ends", ends, ends, pairs_ ? b.first_origin : b.first_sample, *s.targets, active,
                   cl_uint(pairs_ && s.active != nullptr), scratch_.to);
-      if (slab_)
-        start_wave(rays, 0);
-      else
-        device_.run(file, "chop_rays", rays, rays, scratch_.from, scratch_.to, run_, pairs_, grid_.frame,
-                    grid_.first_block, first_axis(), p.ray, p.cell, p.t0, p.t1, p.counts);
+      device_.run(file, "chop_rays", rays, rays, scratch_.from, scratch_.to, run_, pairs_, grid_.frame,
+                  grid_.first_block, axes_.empty() ? 3u : axes_[0], p.ray, p.cell, p.t0, p.t1, p.counts);
     }
     if (grid_.blocks == 0) return;
-    std::uint32_t count = rays;
-    for (std::uint32_t wave = 0; count > 0; ++wave) {
-      if (wave > 0) {
-        const auto stage = device_.stage("drop blocked rays");
-        device_.run(file, "chop_alive", rays, rays, scratch_.more, scratch_.blocked, scratch_.flags);
-        count = compact(device_, scratch_.flags.buffer(), rays, scratch_.alive.buffer());
-        if (count == 0) break;
-        need_pieces(scratch_.here, count);
-        start_wave(count, wave);
-      }
-      const std::uint32_t pieces = cut(count, nearest);
-      if (look) look(pieces);
-      test(count, pieces, nearest, wave);
-      if (slab_ == 0) break;
-    }
-  }
-
-  std::uint32_t first_axis() const { return axes_.empty() ? 3 : axes_[0]; }
-
-  /// Wave 0 takes all rays of the batch, later ones those in scratch_.alive.
-  void start_wave(std::uint32_t count, std::uint32_t wave) {
-    auto& p = scratch_.here;
-    device_.run(file, "chop_wave", count, count, scratch_.alive, cl_uint(wave > 0), wave, slab_,
-                scratch_.from, scratch_.to, run_, pairs_, grid_.frame, grid_.first_block, first_axis(),
-                scratch_.ray_cells, scratch_.more, p.ray, p.cell, p.t0, p.t1, p.counts);
-  }
-
-  void need_rays(std::uint32_t rays, bool nearest) {
-    need(scratch_.blocked, rays, "blocked rays");
-    need(scratch_.ray_cells, slab_ ? rays : 1, "ray cells");
-    need(scratch_.more, slab_ ? rays : 1, "rays that go on");
-    if (slab_) {
-      need(scratch_.flags, rays, "ray flags");
-      need(scratch_.alive, rays, "rays alive");
-    }
-    if (nearest) {
-      need(scratch_.ray_t, rays, "nearest hits");
-      need(scratch_.ray_triangle, rays, "nearest triangles");
-    }
-    need_pieces(scratch_.here, rays);
+    const std::uint32_t pieces = cut(rays);
+    if (look) look(pieces);
+    test(rays, pieces);
   }
 
   void need_pieces(Pieces& p, std::uint32_t count) {
@@ -312,26 +264,23 @@ class Chop final : public ChopEngine {
   }
 
   /// Cuts the rays of scratch_.here along every axis that has cells; returns how many pieces there are then,
-  /// and leaves them in scratch_.here. For the nearest hit scratch_.positions says where each ray's pieces
-  /// begin.
-  std::uint32_t cut(std::uint32_t rays, bool nearest) {
+  /// and leaves them in scratch_.here. scratch_.positions says where each ray's pieces begin.
+  std::uint32_t cut(std::uint32_t rays) {
     std::uint32_t pieces = rays;
     for (std::size_t k = 0; k < axes_.size(); ++k) {
       const std::uint32_t axis = axes_[k], next = k + 1 < axes_.size() ? axes_[k + 1] : 3;
       const auto stage = device_.stage(cut_name(axis));
       allocate_into(device_, scratch_.here.counts.buffer(), pieces, scratch_.cut, "ray pieces");
-      if (nearest) follow(rays, k == 0, scratch_.cut.offsets);
+      follow(rays, k == 0, scratch_.cut.offsets);
       const std::uint32_t total = scratch_.cut.total;
       auto &from = scratch_.here, &to = scratch_.there;
       need_pieces(to, total);
       device_.run(file, "chop_cut", total, total, axis, next, scratch_.cut.offsets, scratch_.cut.owner,
                   scratch_.cut.rank, grid_.frame, grid_.first_block, scratch_.from, scratch_.to, run_, pairs_,
-                  scratch_.ray_cells, cl_uint(slab_ > 0), from.ray, from.cell, from.t0, from.t1, to.ray,
-                  to.cell, to.t0, to.t1, to.counts);
+                  from.ray, from.cell, from.t0, from.t1, to.ray, to.cell, to.t0, to.t1, to.counts);
       std::swap(from, to);
       pieces = total;
     }
-    if (!axes_.empty()) batch_pieces_ += pieces;
     return pieces;
   }
 
@@ -344,61 +293,47 @@ class Chop final : public ChopEngine {
       device_.run(file, "chop_follow", rays + 1, rays + 1, offsets, scratch_.positions);
   }
 
-  void test(std::uint32_t rays, std::uint32_t pieces, bool nearest, std::uint32_t wave) {
+  void test(std::uint32_t rays, std::uint32_t pieces) {
     auto& p = scratch_.here;
     {
       const auto stage = device_.stage("allocate candidates");
       allocate_into(device_, p.counts.buffer(), pieces, scratch_.pairs, "candidates");
+      device_.run(file, "chop_tally_candidates", tally_items, tally_items, pieces, p.cell, p.t0, p.t1,
+                  p.counts, grid_.frame, grid_.held, batch_sums_);
     }
     const std::uint32_t slots = scratch_.pairs.total;
     if (slots == 0) return;
     const auto &owner = scratch_.pairs.owner, &rank = scratch_.pairs.rank;
     need(scratch_.doubt, slots, "undecided candidates");
     need(scratch_.doubtful, slots, "undecided slots");
+    need(scratch_.slot_t, slots, "candidate hits");
+    need(scratch_.slot_triangle, slots, "candidate triangles");
     {
       const auto stage = device_.stage("intersect rays with candidates");
-      if (nearest) {
-        need(scratch_.slot_t, slots, "candidate hits");
-        need(scratch_.slot_triangle, slots, "candidate triangles");
-        device_.run(file, "chop_test_nearest", slots, slots, owner, rank, p.ray, p.cell, grid_.frame,
-                    grid_.first_block, packets_, grid_.lanes, packet_planes_, occluders_.triangles,
-                    occluders_.facets, scratch_.from, scratch_.to, run_, pairs_, scratch_.slot_t,
-                    scratch_.slot_triangle, scratch_.doubt);
-      } else {
-        device_.run(file, "chop_test_any", slots, slots, owner, rank, p.ray, p.cell, grid_.frame,
-                    grid_.first_block, packets_, grid_.lanes, packet_planes_, scratch_.from, scratch_.to,
-                    run_, pairs_, scratch_.blocked, scratch_.doubt);
-      }
+      device_.run(file, "chop_test_nearest", slots, slots, owner, rank, p.ray, p.cell, grid_.frame,
+                  grid_.first_block, packets_, grid_.lanes, packet_planes_, occluders_.triangles,
+                  occluders_.facets, scratch_.from, scratch_.to, run_, pairs_, scratch_.slot_t,
+                  scratch_.slot_triangle, scratch_.doubt);
     }
     {
       const auto stage = device_.stage("decide close candidates exactly");
       const std::uint32_t n = compact(device_, scratch_.doubt.buffer(), slots, scratch_.doubtful.buffer());
-      if (nearest)
-        device_.run(file, "chop_exact_nearest", n, n, scratch_.doubtful, owner, rank, p.ray, p.cell,
-                    grid_.frame, grid_.first_block, grid_.lanes, occluders_.triangles, occluders_.facets,
-                    scratch_.from, scratch_.to, run_, pairs_, scratch_.doubt, scratch_.slot_t,
-                    scratch_.slot_triangle);
-      else
-        device_.run(file, "chop_exact_any", n, n, scratch_.doubtful, owner, rank, p.ray, p.cell, grid_.frame,
-                    grid_.first_block, grid_.lanes, occluders_.triangles, scratch_.from, scratch_.to, run_,
-                    pairs_, scratch_.doubt, scratch_.blocked);
+      device_.run(file, "chop_exact_nearest", n, n, scratch_.doubtful, owner, rank, p.ray, p.cell,
+                  grid_.frame, grid_.first_block, grid_.lanes, occluders_.triangles, occluders_.facets,
+                  scratch_.from, scratch_.to, run_, pairs_, scratch_.doubt, scratch_.slot_t,
+                  scratch_.slot_triangle);
       if (n)
         device_.run(file, "chop_tally_exact", tally_items, tally_items, n, scratch_.doubtful, scratch_.doubt,
                     batch_sums_);
-      device_.run(file, "chop_tally_candidates", tally_items, tally_items, pieces, p.cell, p.counts,
-                  grid_.frame, grid_.held, batch_sums_);
     }
-    if (nearest) {
-      const auto stage = device_.stage("nearest hit of each ray");
-      follow(rays, axes_.empty(), scratch_.pairs.offsets);
-      need(scratch_.least, rays, "least hits");
-      need(scratch_.at, rays, "least positions");
-      segmented_reduce_min(device_, scratch_.slot_t.buffer(), scratch_.positions.buffer(),
-                           scratch_.least.buffer(), scratch_.at.buffer(), rays);
-      device_.run(file, "chop_nearest", rays, rays, scratch_.positions, scratch_.least, scratch_.at,
-                  scratch_.slot_t, scratch_.slot_triangle, wave > 0 ? scratch_.alive : scratch_.ray_cells,
-                  cl_uint(wave > 0), scratch_.ray_t, scratch_.ray_triangle);
-    }
+    const auto stage = device_.stage("nearest hit of each ray");
+    follow(rays, axes_.empty(), scratch_.pairs.offsets);
+    need(scratch_.least, rays, "least hits");
+    need(scratch_.at, rays, "least positions");
+    segmented_reduce_min(device_, scratch_.slot_t.buffer(), scratch_.positions.buffer(),
+                         scratch_.least.buffer(), scratch_.at.buffer(), rays);
+    device_.run(file, "chop_nearest", rays, rays, scratch_.positions, scratch_.least, scratch_.at,
+                scratch_.slot_t, scratch_.slot_triangle, scratch_.ray_t, scratch_.ray_triangle);
   }
 };
 

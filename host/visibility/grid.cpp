@@ -114,10 +114,14 @@ Grid::Grid(Device& device, const Occluders& occluders, Cells wanted, const GridC
     return;
   }
   // A segment between two random places spans a third of the box along each axis, hence (nx + ny + nz) / 3
-  // planes; each of its pieces meets the lists of a voxel taken at random.
+  // planes; each of its pieces meets the lists of a voxel taken at random. Bundles have their samples on a patch of an
+  // eighth of the scene, so half way they are n / 16 cells wide and share a voxel with width / (1 + n / 16)^2 others.
   const auto cost = [&](const Lists& l) {
-    const double pieces = 1 + (double(l.cells[0]) + l.cells[1] + l.cells[2] - 3) / 3;
-    return pieces * (costs.piece + costs.block * l.blocks / (double(l.cells[0]) * l.cells[1] * l.cells[2]));
+    const double sum = double(l.cells[0]) + l.cells[1] + l.cells[2], pieces = 1 + (sum - 3) / 3;
+    const double apart = 1 + (sum / 3 - 1) / 16, share = std::min(1.0, apart * apart / width);
+    const double blocks_in_one = l.blocks / (double(l.cells[0]) * l.cells[1] * l.cells[2]);
+    return (sum > 3 ? costs.cut : 0) +
+           pieces * (costs.piece + (costs.block + costs.load * share) * blocks_in_one);
   };
   // No voxel of the coarsest grid tried needs to hold more than about 512 blocks.
   const double start = std::max(1.0, std::cbrt(occluders.count / (512.0 * width)));

@@ -8,10 +8,13 @@
 
 namespace clrad {
 
-/// What the grid's resolution is chosen by: the mean cost of a segment, in any one unit.
+/// What the grid's resolution is chosen by: the mean cost of a segment, in any one unit (here nanoseconds of one core,
+/// measured with `./run bench visibility --profile --cells NxNxN`).
 struct GridCosts {
-  double piece = 1.5;  ///< to cut one ray/voxel piece out of a ray
-  double block = 1.0;  ///< to test one block of DeviceOptions::packet_width triangles
+  double cut = 10;    ///< to cut at all
+  double piece = 8;   ///< to cut one ray/voxel piece out of a ray
+  double block = 14;  ///< to test one ray against a block of DeviceOptions::packet_width triangles
+  double load = 50;   ///< to load a block for those of a bundle's rays that meet its voxel
 };
 
 class Grid {

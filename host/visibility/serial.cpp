@@ -1,6 +1,9 @@
 #include "visibility/serial.hpp"
 
+#include <algorithm>
+
 #include "clrad/error.hpp"
+#include "visibility/batch.hpp"
 #include "visibility/occluders.hpp"
 
 namespace clrad {
@@ -8,6 +11,8 @@ namespace clrad {
 namespace {
 
 constexpr char file[] = "visibility/serial.cl";
+// Below this many the samples take the lanes, if there are more of them: the widest packet.
+constexpr std::uint32_t few_origins = 16;
 
 class Serial final : public VisibilityEngine {
  public:
@@ -22,18 +27,13 @@ class Serial final : public VisibilityEngine {
     check(segments);
     if (masks.size() < std::uint64_t(segments.origin_count) * segments.words_per_origin())
       throw UsageError("the array of visibility masks is smaller than the segments need");
-    const std::uint64_t packets = (segments.origin_count + width() - 1) / width();
-    if (segments.samples > 0)
-      device_.run_local(file, "serial_occluded", packets * segments.words_per_origin(), local(),
-                        segments.origins->buffer(), active(segments), use_active(segments),
-                        segments.origin_count, segments.targets->buffer(), segments.samples,
-                        segments.words_per_origin(), occluders_.triangles, occluders_.facets,
-                        occluders_.count, masks, exact_);
+    if (segments.origin_count == 0) return;
+    if (segments.samples == 0)
+      occluded_pairs(segments, masks);
+    else if (segments.origin_count < few_origins && segments.samples > segments.origin_count)
+      occluded_turned(segments, masks);
     else
-      device_.run_local(file, "serial_occluded_pairs", packets, local(), segments.origins->buffer(),
-                        active(segments), use_active(segments), segments.origin_count,
-                        segments.targets->buffer(), occluders_.triangles, occluders_.facets, occluders_.count,
-                        masks, exact_);
+      occluded_samples(segments, masks);
     count(segments);
   }
 
@@ -60,9 +60,63 @@ class Serial final : public VisibilityEngine {
   Device& device_;
   Occluders occluders_;
   Array<std::uint32_t> exact_;
+  Array<std::uint32_t> parts_;
   VisibilityCounts counts_;
 
   unsigned width() const { return device_.options().packet_width; }
+
+  // Runs that the triangles are split into, one a work-item, when the rays alone would leave the device idle. A run is
+  // long enough to be worth its own start. Neither cores nor packets have a say, so that counts are the same for all.
+  std::uint32_t ranges(const Segments& s) const {
+    const std::uint64_t wanted = device_.info().gpu ? 1u << 14 : 64, shortest = 256, rays_of_one = 256;
+    const std::uint64_t most = std::max<std::uint64_t>(1, occluders_.count / shortest);
+    return std::uint32_t(std::clamp<std::uint64_t>(wanted * rays_of_one / s.count(), 1, most));
+  }
+
+  std::uint64_t tiles(std::uint64_t lanes) const { return (lanes + width() - 1) / width(); }
+
+  Array<std::uint32_t>& parts(std::uint64_t words) {
+    need(device_, parts_, words, "parts of visibility masks");
+    return parts_;
+  }
+
+  void merge(std::uint32_t words, std::uint32_t ranges, Array<std::uint32_t>& masks) {
+    device_.run(file, "serial_merge", words, words, ranges, parts_, masks);
+  }
+
+  void occluded_pairs(const Segments& s, Array<std::uint32_t>& masks) {
+    const std::uint64_t items = tiles(s.origin_count);
+    const std::uint32_t runs = ranges(s);
+    auto& out = runs == 1 ? masks : parts(std::uint64_t(runs) * s.origin_count);
+    device_.run_local(file, "serial_occluded_pairs", items * runs, local(), s.origins->buffer(), active(s),
+                      use_active(s), s.origin_count, s.targets->buffer(), occluders_.triangles,
+                      occluders_.facets, occluders_.count, runs, out, exact_);
+    if (runs > 1) merge(s.origin_count, runs, masks);
+  }
+
+  void occluded_samples(const Segments& s, Array<std::uint32_t>& masks) {
+    const std::uint32_t words = s.words_per_origin();
+    const std::uint64_t items = tiles(s.origin_count) * words;
+    const std::uint32_t runs = ranges(s);
+    auto& out = runs == 1 ? masks : parts(std::uint64_t(runs) * s.origin_count * words);
+    device_.run_local(file, "serial_occluded", items * runs, local(), s.origins->buffer(), active(s),
+                      use_active(s), s.origin_count, s.targets->buffer(), s.targets->buffer(), 0u, s.samples,
+                      words, occluders_.triangles, occluders_.facets, occluders_.count, runs, out, exact_);
+    if (runs > 1) merge(s.origin_count * words, runs, masks);
+  }
+
+  // Fewer origins than lanes: samples take the lanes.
+  void occluded_turned(const Segments& s, Array<std::uint32_t>& masks) {
+    const std::uint32_t words = s.words_per_origin(), origin_words = (s.origin_count + 31) / 32;
+    const std::uint64_t items = tiles(s.samples) * origin_words;
+    const std::uint32_t runs = ranges(s), count = s.origin_count * words;
+    auto& out = parts(std::uint64_t(runs) * s.samples * origin_words);
+    device_.run_local(file, "serial_occluded", items * runs, local(), s.targets->buffer(),
+                      s.targets->buffer(), 0u, s.samples, s.origins->buffer(), active(s), use_active(s),
+                      s.origin_count, origin_words, occluders_.triangles, occluders_.facets, occluders_.count,
+                      runs, out, exact_);
+    device_.run(file, "serial_merge_turned", count, count, runs, s.samples, words, origin_words, out, masks);
+  }
 
   // A work-item already fills the vector unit, and goes over all triangles: on a CPU groups of one spread
   // best.

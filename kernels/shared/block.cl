@@ -55,7 +55,7 @@ static inline ray_data load_ray(ray_ends e) {
 
 /* Per lane -1 or 0: surely blocked, and undecided. */
 static inline void test_block(ray_data s, uint block, __global const float* packets,
-                              __global const uint* triangle, __global const uint* plane, clrad_ints* hit,
+                              __global const uint* plane, clrad_ints* hit,
                               clrad_ints* undecided) {
   __global const float* p = packets + block * (PACKET_FLOATS * CLRAD_WIDTH);
   clrad_floats x = (LOAD_FLOATS(0, p) - s.ax) + (LOAD_FLOATS(3, p) - s.ax_lo);
@@ -81,9 +81,8 @@ static inline void test_block(ray_data s, uint block, __global const float* pack
   least = least < u2 ? least : u2;
   most = most > u2 ? most : u2;
   clrad_floats near = side_a < side_b ? side_a : side_b, far = side_a > side_b ? side_a : side_b;
-  clrad_uints k = LOAD_UINTS(block, triangle), q = LOAD_UINTS(block, plane);
-  clrad_ints ignored =
-      CLRAD_IS(k == CLRAD_NONE) | (CLRAD_IS(q != CLRAD_NONE) & (CLRAD_IS(q == s.a_plane) | CLRAD_IS(q == s.b_plane)));
+  clrad_uints q = LOAD_UINTS(block, plane);
+  clrad_ints ignored = CLRAD_IS(q != CLRAD_NONE) & (CLRAD_IS(q == s.a_plane) | CLRAD_IS(q == s.b_plane));
   clrad_ints miss =
       (CLRAD_IS(least < -error) & CLRAD_IS(most > error)) | CLRAD_IS(near > error_s) | CLRAD_IS(far < -error_s) | ignored;
   clrad_ints sure = (CLRAD_IS(least > error) | CLRAD_IS(most < -error)) & CLRAD_IS(near < -error_s) & CLRAD_IS(far > error_s);

@@ -10,6 +10,9 @@ typedef int clrad_ints;
 #define CLRAD_LOAD(p) (*(p))
 #define CLRAD_STORE(v, p) (*(p) = (v))
 #define CLRAD_LANE_BITS(first) (1 << (first))
+#define CLRAD_LANES 0
+#define CLRAD_TO_INTS(v) convert_int(v)
+#define CLRAD_TO_FLOATS(v) convert_float(v)
 #else
 #define CLRAD_PASTE_2(a, b) a##b
 #define CLRAD_PASTE(a, b) CLRAD_PASTE_2(a, b)
@@ -19,13 +22,18 @@ typedef CLRAD_PASTE(int, CLRAD_WIDTH) clrad_ints;
 #define CLRAD_BITS(v) CLRAD_PASTE(as_int, CLRAD_WIDTH)(v)
 #define CLRAD_LOAD(p) CLRAD_PASTE(vload, CLRAD_WIDTH)(0, p)
 #define CLRAD_STORE(v, p) CLRAD_PASTE(vstore, CLRAD_WIDTH)(v, 0, p)
+#define CLRAD_TO_INTS(v) CLRAD_PASTE(convert_int, CLRAD_WIDTH)(v)
+#define CLRAD_TO_FLOATS(v) CLRAD_PASTE(convert_float, CLRAD_WIDTH)(v)
 #if CLRAD_WIDTH == 4
 #define CLRAD_LANE_BITS(first) ((clrad_ints)(1, 2, 4, 8) << (first))
+#define CLRAD_LANES ((clrad_ints)(0, 1, 2, 3))
 #elif CLRAD_WIDTH == 8
 #define CLRAD_LANE_BITS(first) ((clrad_ints)(1, 2, 4, 8, 16, 32, 64, 128) << (first))
+#define CLRAD_LANES ((clrad_ints)(0, 1, 2, 3, 4, 5, 6, 7))
 #else
 #define CLRAD_LANE_BITS(first)                                                                                     \
   ((clrad_ints)(1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 2048, 4096, 8192, 16384, 32768) << (first))
+#define CLRAD_LANES ((clrad_ints)(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15))
 #endif
 #endif
 
@@ -53,6 +61,38 @@ static inline int clrad_bits_of_any(clrad_ints m) {
   int2 m2 = m4.lo | m4.hi;
   return m2.x | m2.y;
 #endif
+#endif
+}
+
+/* The least and the greatest lane. */
+#define CLRAD_HALVES(name, op)                                              \
+  static inline int name##_8(int8 v) {                                      \
+    int4 h = v.lo op v.hi ? v.lo : v.hi;                                    \
+    int2 q = h.lo op h.hi ? h.lo : h.hi;                                    \
+    return q.x op q.y ? q.x : q.y;                                          \
+  }
+CLRAD_HALVES(clrad_least, <)
+CLRAD_HALVES(clrad_most, >)
+static inline int clrad_least(clrad_ints v) {
+#if CLRAD_WIDTH == 1
+  return v;
+#elif CLRAD_WIDTH == 4
+  return clrad_least_8((int8)(v, v));
+#elif CLRAD_WIDTH == 8
+  return clrad_least_8(v);
+#else
+  return clrad_least_8(v.lo < v.hi ? v.lo : v.hi);
+#endif
+}
+static inline int clrad_most(clrad_ints v) {
+#if CLRAD_WIDTH == 1
+  return v;
+#elif CLRAD_WIDTH == 4
+  return clrad_most_8((int8)(v, v));
+#elif CLRAD_WIDTH == 8
+  return clrad_most_8(v);
+#else
+  return clrad_most_8(v.lo > v.hi ? v.lo : v.hi);
 #endif
 }
 

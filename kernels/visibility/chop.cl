@@ -1,12 +1,12 @@
-/* Visibility by chopping rays into voxels: object-parallel and ray-parallel (section 1.3.2 of the paper,
- * figure 1.2).
+/* The nearest hit by chopping rays into voxels, ray by ray: object-parallel and ray-parallel (section 1.3.2 of the
+ * paper, figure 1.2). Occlusion alone, which may stop at any hit, is bundle.cl's.
  *
  *   per ray                cut to the grid's box, count the x planes crossed      -> allocate
  *   per (ray, x slab)      piece of the ray in it, count the y planes crossed     -> allocate
  *   per (..., y slab)      the same along z                                       -> allocate
  *   per (ray, voxel)       triangles in the voxel: 0 drops the piece              -> allocate
  *   per (ray, candidates)  intersect
- *   per ray                blocked by any, or the nearest (segmented min)
+ *   per ray                the nearest (segmented min)
  *
  * Candidates come in blocks of CLRAD_WIDTH triangles of one voxel, laid out for vectors: a work-item tests
  * one ray against one block. With width 1 that is the paper's one processor per ray and candidate. Axes with
@@ -14,16 +14,10 @@
  * pieces share that number, nothing is accumulated along a ray, and the pieces of a ray follow each other
  * from its origin to its target.
  *
- * Long rays are handled in waves, front to back: wave w holds the part of a ray that lies in its w-th run of
- * `slab` cells along the axis on which it crosses most cells. Rays that are blocked take no part in the next
- * wave.
- *
  * A piece is (ray, cell, t0, t1); cell = x | y << 10 | z << 20.
  */
 #include "shared/block.cl"
 #include "shared/cut.cl"
-
-#define HIT_BIT 0x10000 /* of a block's verdict; bits 0..15: lanes that floats cannot decide */
 
 
 /* ends[i] = point first + i of the list, snapped. */
@@ -52,9 +46,10 @@ __kernel void chop_packets(uint lanes, __global const uint* triangle,
   __global float* p = packets + i / CLRAD_WIDTH * (PACKET_FLOATS * CLRAD_WIDTH) + i % CLRAD_WIDTH;
   uint k = triangle[i];
   if (k == CLRAD_NONE) {
-    /* All zero but for the sizes: E_U and E_S are then at least their floors and no volume reaches them, so
-     * the lane would be undecided; the plane number tells that there is nothing. */
+    /* A point far below the frame in a horizontal plane: every ray is on one side of it, surely. */
     for (int f = 0; f < PACKET_FLOATS; ++f) p[f * CLRAD_WIDTH] = 0.0f;
+    p[2 * CLRAD_WIDTH] = -100.0f;
+    p[14 * CLRAD_WIDTH] = 1.0f;
     plane[i] = CLRAD_NONE;
     return;
   }
@@ -92,7 +87,7 @@ __kernel void chop_rays(uint rays, __global const uint* from, __global const uin
   ray_ends ray = ends_of(from, to, run, pairs, r);
   float t0, t1;
   int meets = clip(ray, frame, &t0, &t1);
-  uint count = pieces_ahead(axis, ray, t0, t1, 0, ANY_CELLS, frame, first_block);
+  uint count = pieces_ahead(axis, ray, t0, t1, 0, frame, first_block);
   piece_ray[r] = r;
   piece_cell[r] = 0;
   piece_t0[r] = t0;
@@ -100,39 +95,12 @@ __kernel void chop_rays(uint rays, __global const uint* from, __global const uin
   counts[r] = meets ? count : 0u;
 }
 
-/* The same, cut to a wave as well, for `count` rays: alive[i] is the ray of slot i (i itself when use_alive
- * is 0). */
-__kernel void chop_wave(uint count, __global const uint* alive, uint use_alive, uint wave, uint slab,
-                        __global const uint* from, __global const uint* to, uint run, uint pairs,
-                        __global const float* frame, __global const uint* first_block, uint axis,
-                        __global uint* ray_cells, __global uint* more, __global uint* piece_ray,
-                        __global uint* piece_cell, __global float* piece_t0, __global float* piece_t1,
-                        __global uint* counts) {
-  uint i = get_global_id(0);
-  if (i >= count) return;
-  uint r = use_alive ? alive[i] : i, goes_on = 0, cells = ANY_CELLS, ahead = 0;
-  ray_ends ray = ends_of(from, to, run, pairs, r);
-  float t0, t1;
-  if (clip(ray, frame, &t0, &t1)) {
-    cells = wave_cells(ray, frame, wave, slab, &t0, &t1, &goes_on);
-    ahead = pieces_ahead(axis, ray, t0, t1, 0, cells, frame, first_block);
-  }
-  ray_cells[r] = cells;
-  more[r] = goes_on;
-  piece_ray[i] = r;
-  piece_cell[i] = 0;
-  piece_t0[i] = t0;
-  piece_t1[i] = t1;
-  counts[i] = ahead;
-}
-
 /* One cut: slot s is piece rank[s], along `axis`, of the piece owner[s]; counts[s] = what it asks for along
  * `next`. */
 __kernel void chop_cut(uint slots, uint axis, uint next, __global const uint* offsets,
                        __global const uint* owner, __global const uint* rank, __global const float* frame,
                        __global const uint* first_block, __global const uint* from, __global const uint* to,
-                       uint run, uint pairs, __global const uint* ray_cells, uint use_cells,
-                       __global const uint* in_ray, __global const uint* in_cell, __global const float* in_t0,
+                       uint run, uint pairs, __global const uint* in_ray, __global const uint* in_cell, __global const float* in_t0,
                        __global const float* in_t1, __global uint* out_ray, __global uint* out_cell,
                        __global float* out_t0, __global float* out_t1, __global uint* counts) {
   uint s = get_global_id(0);
@@ -140,11 +108,9 @@ __kernel void chop_cut(uint slots, uint axis, uint next, __global const uint* of
   uint p = owner[s], r = in_ray[p];
   int k = (int)rank[s], last = (int)(offsets[p + 1] - offsets[p]) - 1;
   ray_ends ray = ends_of(from, to, run, pairs, r);
-  uint cells = use_cells ? ray_cells[r] : ANY_CELLS;
   float o = ray_origin(ray, axis), d = ray_direction(ray, axis), t0 = in_t0[p], t1 = in_t1[p];
   int step = d < 0.0f ? -1 : 1;
-  int i =
-      clrad_cell(frame, axis, o + t0 * d, first_cell(cells, axis), last_cell(cells, axis, frame)) + step * k;
+  int i = clrad_cell(frame, axis, o + t0 * d, 0, convert_int(frame[9 + axis]) - 1) + step * k;
   float entry = clrad_crossing(frame, axis, i + (step < 0 ? 1 : 0), o, d);
   entry = entry > t0 ? entry : t0;
   entry = entry < t1 ? entry : t1;
@@ -158,54 +124,14 @@ __kernel void chop_cut(uint slots, uint axis, uint next, __global const uint* of
   out_cell[s] = cell;
   out_t0[s] = begin;
   out_t1[s] = end;
-  counts[s] = pieces_ahead(next, ray, begin, end, cell, cells, frame, first_block);
+  counts[s] = pieces_ahead(next, ray, begin, end, cell, frame, first_block);
 }
 
 /* ---- testing */
 
-/* Slot s: a ray against a block of its candidates. blocked[ray] becomes 1 on a sure hit (all writers write
- * 1); doubt[s] = lanes that need the exact predicate, 0 when another lane of the block blocks the ray anyway.
- */
-__kernel void chop_test_any(uint slots, __global const uint* owner, __global const uint* rank,
-                            __global const uint* piece_ray, __global const uint* piece_cell,
-                            __global const float* frame, __global const uint* first_block,
-                            __global const float* packets, __global const uint* triangle,
-                            __global const uint* plane, __global const uint* from, __global const uint* to,
-                            uint run, uint pairs, __global uint* blocked, __global uint* doubt) {
-  uint s = get_global_id(0);
-  if (s >= slots) return;
-  uint p = owner[s], r = piece_ray[p], cell = piece_cell[p];
-  uint v = ((cell >> 20) * (uint)frame[10] + (cell >> 10 & 1023u)) * (uint)frame[9] + (cell & 1023u);
-  clrad_ints hit, undecided;
-  test_block(load_ray(ends_of(from, to, run, pairs, r)), first_block[v] + rank[s], packets, triangle, plane,
-             &hit, &undecided);
-  int verdict = clrad_bits_of_any((hit & HIT_BIT) | (undecided & CLRAD_LANE_BITS(0)));
-  if (verdict & HIT_BIT) blocked[r] = 1;
-  doubt[s] = verdict & HIT_BIT ? 0u : (uint)verdict;
-}
-
-/* The undecided lanes of the slots in `list`, exactly. */
-__kernel void chop_exact_any(uint n, __global const uint* list, __global const uint* owner,
-                             __global const uint* rank, __global const uint* piece_ray,
-                             __global const uint* piece_cell, __global const float* frame,
-                             __global const uint* first_block, __global const uint* triangle,
-                             __global const clrad_triangle* triangles, __global const uint* from,
-                             __global const uint* to, uint run, uint pairs, __global const uint* doubt,
-                             __global uint* blocked) {
-  uint i = get_global_id(0);
-  if (i >= n) return;
-  uint s = list[i], p = owner[s], r = piece_ray[p], cell = piece_cell[p], lanes = doubt[s];
-  uint v = ((cell >> 20) * (uint)frame[10] + (cell >> 10 & 1023u)) * (uint)frame[9] + (cell & 1023u);
-  uint first = (first_block[v] + rank[s]) * CLRAD_WIDTH;
-  clrad_segment segment = whole_segment(ends_of(from, to, run, pairs, r));
-  int hit = 0;
-  for (uint l = 0; l < CLRAD_WIDTH && !hit; ++l)
-    if (lanes >> l & 1u) hit = clrad_blocked(segment, triangles[triangle[first + l]]);
-  if (hit) blocked[r] = 1;
-}
-
-/* As above for the nearest hit: slot_t[s], slot_triangle[s] of the block, INFINITY and CLRAD_NONE without
- * one. Of equal t the lower triangle: lanes are in ascending order. */
+/* Slot s: a ray against a block of its candidates. slot_t[s], slot_triangle[s]: the nearest of those that floats are sure
+ * of, INFINITY and CLRAD_NONE without one. Of equal t the lower triangle: lanes are in ascending order. doubt[s]: lanes
+ * that need the exact predicate. */
 __kernel void chop_test_nearest(uint slots, __global const uint* owner, __global const uint* rank,
                                 __global const uint* piece_ray, __global const uint* piece_cell,
                                 __global const float* frame, __global const uint* first_block,
@@ -220,7 +146,7 @@ __kernel void chop_test_nearest(uint slots, __global const uint* owner, __global
   uint v = ((cell >> 20) * (uint)frame[10] + (cell >> 10 & 1023u)) * (uint)frame[9] + (cell & 1023u);
   uint block = first_block[v] + rank[s];
   clrad_ints hit, undecided;
-  test_block(load_ray(ends_of(from, to, run, pairs, r)), block, packets, triangle, plane, &hit, &undecided);
+  test_block(load_ray(ends_of(from, to, run, pairs, r)), block, packets, plane, &hit, &undecided);
   uint hits = (uint)clrad_bits_of_any(hit & CLRAD_LANE_BITS(0));
   doubt[s] = (uint)clrad_bits_of_any(undecided & CLRAD_LANE_BITS(0));
   float best = INFINITY;
@@ -241,6 +167,7 @@ __kernel void chop_test_nearest(uint slots, __global const uint* owner, __global
   slot_triangle[s] = which;
 }
 
+/* The undecided lanes of the slots in `list`, exactly. */
 __kernel void chop_exact_nearest(uint n, __global const uint* list, __global const uint* owner,
                                  __global const uint* rank, __global const uint* piece_ray,
                                  __global const uint* piece_cell, __global const float* frame,
@@ -279,40 +206,19 @@ __kernel void chop_follow(uint n, __global const uint* offsets, __global uint* p
   if (i < n) positions[i] = offsets[positions[i]];
 }
 
-/* Takes the segmented min of a wave over into its rays (use_alive: alive[i], else i): at[i] is the first slot
- * of the nearest t; a later slot may hold a lower triangle at the same t. */
-__kernel void chop_nearest(uint n, __global const uint* offsets, __global const float* least,
-                           __global const uint* at, __global const float* slot_t,
-                           __global const uint* slot_triangle, __global const uint* alive, uint use_alive,
-                           __global float* ray_t, __global uint* ray_triangle) {
-  uint i = get_global_id(0);
-  if (i >= n || at[i] == CLRAD_NONE) return;
-  uint r = use_alive ? alive[i] : i, which = ray_triangle[r];
-  float t = least[i];
-  if (t == INFINITY || t > ray_t[r]) return;
-  if (t < ray_t[r]) which = CLRAD_NONE;
-  for (uint s = at[i]; s < offsets[i + 1]; ++s)
+/* Takes the segmented min over into the rays: at[r] is the first slot of the nearest t; a later slot may hold a lower
+ * triangle at the same t. */
+__kernel void chop_nearest(uint rays, __global const uint* offsets, __global const float* least, __global const uint* at,
+                           __global const float* slot_t, __global const uint* slot_triangle, __global float* ray_t,
+                           __global uint* ray_triangle) {
+  uint r = get_global_id(0);
+  if (r >= rays || at[r] == CLRAD_NONE || least[r] == INFINITY) return;
+  float t = least[r];
+  uint which = CLRAD_NONE;
+  for (uint s = at[r]; s < offsets[r + 1]; ++s)
     if (slot_t[s] == t && slot_triangle[s] < which) which = slot_triangle[s];
   ray_t[r] = t;
   ray_triangle[r] = which;
-}
-
-/* flags[r] = the ray goes on and nothing has blocked it. */
-__kernel void chop_alive(uint rays, __global const uint* more, __global const uint* blocked,
-                         __global uint* flags) {
-  uint r = get_global_id(0);
-  if (r < rays) flags[r] = more[r] & (blocked[r] ^ 1u);
-}
-
-/* Word w of the batch: bit k of chosen origin first_origin + w / words is its ray 32 (w % words) + k. */
-__kernel void chop_masks(uint count, uint first_origin, uint first_word, uint words, uint words_per_origin,
-                         uint run, __global const uint* blocked, __global uint* masks) {
-  uint w = get_global_id(0);
-  if (w >= count) return;
-  uint begin = w % words * 32u, end = begin + 32u < run ? begin + 32u : run, bits = 0;
-  __global const uint* from = blocked + w / words * run;
-  for (uint k = begin; k < end; ++k) bits |= from[k] << (k - begin);
-  masks[(ulong)(first_origin + w / words) * words_per_origin + first_word + w % words] = bits;
 }
 
 /* Results of the batch, from segment `first` on; triangles by their number in the input, t = 1 without a hit.
@@ -333,23 +239,24 @@ __kernel void chop_results(uint rays, ulong first, __global const float* ray_t,
 
 /* ---- counts */
 
-/* sums: `items` counts of candidates, as many of exact tests, and of pieces that have candidates. Work-item i
- * adds its share of the pieces. */
+/* sums: `items` counts of candidates, as many of exact tests, and of pieces. Work-item i adds its share of the pieces. A
+ * ray that misses the grid asks for no pieces, or, where nothing is cut, is one with t0 > t1. */
 __kernel void chop_tally_candidates(uint items, uint pieces, __global const uint* piece_cell,
+                                    __global const float* t0, __global const float* t1,
                                     __global const uint* counts, __global const float* frame,
                                     __global const uint* held, __global ulong* sums) {
   uint i = get_global_id(0);
   if (i >= items) return;
   uint begin = (uint)((ulong)pieces * i / items), end = (uint)((ulong)pieces * (i + 1) / items);
-  ulong sum = 0, busy = 0;
+  ulong sum = 0, there = 0;
   for (uint p = begin; p < end; ++p) {
     uint cell = piece_cell[p];
     uint v = ((cell >> 20) * (uint)frame[10] + (cell >> 10 & 1023u)) * (uint)frame[9] + (cell & 1023u);
     sum += counts[p] ? held[v] : 0u;
-    busy += counts[p] ? 1u : 0u;
+    there += t0[p] <= t1[p] ? 1u : 0u;
   }
   sums[i] += sum;
-  sums[2 * items + i] += busy;
+  sums[2 * items + i] += there;
 }
 
 __kernel void chop_tally_exact(uint items, uint n, __global const uint* list, __global const uint* doubt,

@@ -11,17 +11,24 @@
 
 #define CHUNK 16 /* samples kept at a time; a power of two, at least the widest packet, at most 32 */
 
-/* Occlusion bits of CLRAD_WIDTH origins against 32 samples; work-item = (tile of origins, word of samples).
+/* Occlusion bits of CLRAD_WIDTH origins against 32 samples by one of `ranges` runs of triangles; work-item = (run, tile of
+ * origins, word of samples), so that few rays among many triangles keep a device busy, too.
  * Lanes are origins. What depends on (origin, triangle) alone is computed once for CHUNK samples, and a sample's side
- * of the triangle's plane once for all lanes: the rest is three dot products a ray.
- * pre: samples > 0, words = ceil(samples / 32). post: masks[origin * words + word], unused bits 0. */
+ * of the triangle's plane once for all lanes: the rest is three dot products a ray. Both lists may be chosen from:
+ * V(a, b) = V(b, a), so few origins with many samples are asked for the other way round.
+ * pre: samples > 0, words = ceil(samples / 32). post: masks[(range * origin_count + origin) * words + word], unused bits 0. */
 __kernel void serial_occluded(__global const CLRAD_POINT_T* origins, __global const uint* active, uint use_active,
-                              uint origin_count, __global const CLRAD_POINT_T* targets, uint samples, uint words,
+                              uint origin_count, __global const CLRAD_POINT_T* targets,
+                              __global const uint* active_targets, uint use_active_targets, uint samples, uint words,
                               __global const clrad_triangle* triangles, __global const clrad_facet* facets,
-                              uint triangle_count, __global uint* masks, volatile __global uint* exact) {
-  uint item = get_global_id(0);
-  uint tile = item / words, word = item % words;
-  if (tile >= (origin_count + CLRAD_WIDTH - 1) / CLRAD_WIDTH) return;
+                              uint triangle_count, uint ranges, __global uint* masks, volatile __global uint* exact) {
+  const uint tiles = (origin_count + CLRAD_WIDTH - 1) / CLRAD_WIDTH;
+  const ulong item = get_global_id(0);
+  const uint range = (uint)(item / ((ulong)tiles * words)), rest = (uint)(item - (ulong)range * tiles * words);
+  if (range >= ranges) return;
+  const uint tile = rest / words, word = rest % words;
+  const uint first_triangle = (uint)((ulong)triangle_count * range / ranges);
+  const uint last_triangle = (uint)((ulong)triangle_count * (range + 1) / ranges);
 
   float a[6][CLRAD_WIDTH];
   int a_plane_lanes[CLRAD_WIDTH], valid_lanes[CLRAD_WIDTH];
@@ -53,7 +60,8 @@ __kernel void serial_occluded(__global const CLRAD_POINT_T* origins, __global co
     clrad_floats dx[CHUNK], dy[CHUNK], dz[CHUNK], size[CHUNK];
     int one_plane = 1;
     for (uint k = 0; k < CHUNK; ++k) {
-      __global const CLRAD_POINT_T* p = targets + first + begin + min(k, in_chunk - 1);
+      const uint sample = first + begin + min(k, in_chunk - 1);
+      __global const CLRAD_POINT_T* p = targets + (use_active_targets ? active_targets[sample] : sample);
       clrad_segment s = clrad_make_segment(p, p);
       b[0][k] = s.ax;
       b[1][k] = s.ay;
@@ -72,7 +80,7 @@ __kernel void serial_occluded(__global const CLRAD_POINT_T* origins, __global co
 
     clrad_ints todo = valid & (int)((1u << in_chunk) - 1); /* bit k: sample k is not known to be blocked */
     const clrad_ints asked = todo;
-    for (uint i = 0; i < triangle_count; ++i) {
+    for (uint i = first_triangle; i < last_triangle; ++i) {
       __global const clrad_triangle* t = triangles + i;
       __global const clrad_facet* f = facets + i;
 
@@ -161,8 +169,31 @@ __kernel void serial_occluded(__global const CLRAD_POINT_T* origins, __global co
   int words_of_lanes[CLRAD_WIDTH];
   CLRAD_STORE(result, words_of_lanes);
   for (uint lane = 0; lane < CLRAD_WIDTH && tile * CLRAD_WIDTH + lane < origin_count; ++lane)
-    masks[(ulong)(tile * CLRAD_WIDTH + lane) * words + word] = (uint)words_of_lanes[lane];
+    masks[((ulong)range * origin_count + tile * CLRAD_WIDTH + lane) * words + word] = (uint)words_of_lanes[lane];
   clrad_count(exact, undecided_count);
+}
+
+/* masks[i] = any of the `ranges` parts of word i; part r of it is parts[r * words + i]. */
+__kernel void serial_merge(uint words, uint ranges, __global const uint* parts, __global uint* masks) {
+  const uint i = get_global_id(0);
+  if (i >= words) return;
+  uint bits = 0;
+  for (uint r = 0; r < ranges; ++r) bits |= parts[(ulong)r * words + i];
+  masks[i] = bits;
+}
+
+/* The same when samples and origins have changed places: part r of sample k against origins 32 w, ... is
+ * parts[(r * samples + k) * origin_words + w]. Work-item = word i of masks. */
+__kernel void serial_merge_turned(uint count, uint ranges, uint samples, uint words, uint origin_words,
+                                  __global const uint* parts, __global uint* masks) {
+  const uint i = get_global_id(0);
+  if (i >= count) return;
+  const uint origin = i / words, first = i % words * 32u, last = min(first + 32u, samples);
+  uint bits = 0;
+  for (uint r = 0; r < ranges; ++r)
+    for (uint k = first; k < last; ++k)
+      bits |= (parts[((ulong)r * samples + k) * origin_words + origin / 32u] >> (origin % 32u) & 1u) << (k - first);
+  masks[i] = bits;
 }
 
 /* CLRAD_WIDTH segments of any form, and what the fast test needs of them. */
@@ -252,14 +283,19 @@ static inline void test_packet(const packet* s, __global const clrad_triangle* t
   *undecided = ~(*hit | miss);
 }
 
-/* Occlusion of pairs (Segments::samples == 0): origin i against target i; work-item = CLRAD_WIDTH segments.
- * post: masks[i] is 1 or 0. */
+/* Occlusion of pairs (Segments::samples == 0): origin i against target i; work-item = (run of triangles, CLRAD_WIDTH
+ * segments). post: masks[range * origin_count + i] is 1 or 0. */
 __kernel void serial_occluded_pairs(__global const CLRAD_POINT_T* origins, __global const uint* active, uint use_active,
                                     uint origin_count, __global const CLRAD_POINT_T* targets,
                                     __global const clrad_triangle* triangles, __global const clrad_facet* facets,
-                                    uint triangle_count, __global uint* masks, volatile __global uint* exact) {
-  const uint begin = (uint)get_global_id(0) * CLRAD_WIDTH;
-  if (begin >= origin_count) return;
+                                    uint triangle_count, uint ranges, __global uint* masks,
+                                    volatile __global uint* exact) {
+  const uint tiles = (origin_count + CLRAD_WIDTH - 1) / CLRAD_WIDTH;
+  const ulong item = get_global_id(0);
+  const uint range = (uint)(item / tiles), begin = (uint)(item - (ulong)range * tiles) * CLRAD_WIDTH;
+  if (range >= ranges) return;
+  const uint first_triangle = (uint)((ulong)triangle_count * range / ranges);
+  const uint last_triangle = (uint)((ulong)triangle_count * (range + 1) / ranges);
   clrad_segment s[CLRAD_WIDTH];
   int live_lanes[CLRAD_WIDTH], hits[CLRAD_WIDTH];
   for (uint lane = 0; lane < CLRAD_WIDTH; ++lane) {
@@ -270,7 +306,7 @@ __kernel void serial_occluded_pairs(__global const CLRAD_POINT_T* origins, __glo
   load_packet(s, &p);
   clrad_ints live = CLRAD_LOAD(live_lanes), blocked = 0;
   uint undecided_count = 0;
-  for (uint i = 0; i < triangle_count; ++i) {
+  for (uint i = first_triangle; i < last_triangle; ++i) {
     clrad_ints hit, undecided;
     test_packet(&p, triangles + i, facets + i, &hit, &undecided);
     hit &= live;
@@ -292,7 +328,8 @@ __kernel void serial_occluded_pairs(__global const CLRAD_POINT_T* origins, __glo
     if (clrad_bits_of_any(live) == 0) break;
   }
   CLRAD_STORE(blocked, hits);
-  for (uint lane = 0; lane < CLRAD_WIDTH && begin + lane < origin_count; ++lane) masks[begin + lane] = hits[lane] & 1;
+  for (uint lane = 0; lane < CLRAD_WIDTH && begin + lane < origin_count; ++lane) 
+    masks[(ulong)range * origin_count + begin + lane] = hits[lane] & 1;
   clrad_count(exact, undecided_count);
 }
 

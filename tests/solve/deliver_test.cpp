@@ -28,8 +28,8 @@ TEST(Deliver, PatchesKeepIrradianceAndWillShootWhatTheyReflect) {
                   rho = numbers(device, {0.5, 0.25});
   RealArray h = numbers(device, {0, 1}), h_lost = numbers(device, {0, 0}), unshot = numbers(device, {1, 0}),
             u_lost = numbers(device, {0, 0});
-  device.run(file, "deliver_to_patches", 2, columns, std::uint64_t(2), shot, 1u, 0u, rho, h, h_lost, unshot, u_lost,
-             2u, 1u);
+  device.run(file, "deliver_to_patches", 2, columns, std::uint64_t(2), shot, 1u, 0u, rho, h, h_lost, unshot,
+             u_lost, 2u, 1u);
   EXPECT_EQ(h.download(), (std::vector<double>{4, 3}));
   EXPECT_EQ(unshot.download(), (std::vector<double>{3, 0.5}));
 }

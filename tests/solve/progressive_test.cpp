@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <functional>
+
 #include <algorithm>
 #include <cmath>
 #include <set>
@@ -224,9 +226,18 @@ TEST(Progressive, StopLeavesAValidPartialResult) {
 TEST(Progressive, BadOptionsAreUsageErrors) {
   Device device;
   const Scene scene = oracle::box_scene({1, 1, 1}, {0.5}, {1});
-  EXPECT_THROW(solve(device, scene, {.converge = 0}), UsageError);
-  EXPECT_THROW(solve(device, scene, {.samples = 0}), UsageError);
-  EXPECT_THROW(solve(device, scene, {.engine = "magic"}), UsageError);
+  const auto refused = [&](const std::function<void(SolveOptions&)>& spoil) {
+    SolveOptions options;
+    spoil(options);
+    EXPECT_THROW(solve(device, scene, options), UsageError);
+  };
+  refused([](SolveOptions& o) { o.converge = 0; });
+  refused([](SolveOptions& o) { o.samples = 0; });
+  refused([](SolveOptions& o) { o.engine = "magic"; });
+  refused([](SolveOptions& o) { o.shooters = 0; });
+  refused([](SolveOptions& o) { o.adaptive.tolerance = -1; });
+  refused([](SolveOptions& o) { o.adaptive.every = 0; });
+  refused([](SolveOptions& o) { o.adaptive.min_projected_area_px = 1; });
 }
 
 // To the solve, mirrors and glass are opaque surfaces of their diffuse part; the report says what that leaves out.
