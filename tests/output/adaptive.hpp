@@ -51,6 +51,7 @@ inline void split(Mesh& mesh, const Frame& frame, std::uint32_t index) {
     Point receiver = mesh.receivers[of[0]];
     receiver.position = frame.to_frame(position);
     mesh.lattice.push_back(at);
+    mesh.parents.push_back({of[0], of[1], of[of.size() / 2], of.back()});
     mesh.position_m.push_back(position);
     mesh.receivers.push_back(receiver);
     return mesh.vertex_count() - 1;

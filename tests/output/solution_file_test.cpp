@@ -113,6 +113,7 @@ void expect_same_mesh(const Mesh& a, const Mesh& b) {
   expect_same_bits(a.receivers, b.receivers, "receivers");  // six doubles, two 32-bit numbers
   expect_same_bits(a.position_m, b.position_m, "positions");
   expect_same_bits(a.lattice, b.lattice, "lattice");
+  expect_same_bits(a.parents, b.parents, "parents");
   EXPECT_EQ(a.patch_edge_m, b.patch_edge_m);
   EXPECT_EQ(a.element_edge_m, b.element_edge_m);
 }
