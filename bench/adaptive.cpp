@@ -86,8 +86,10 @@ Row run(Device& device, const Scene& scene, const std::string& name, const Solve
   std::vector<std::uint32_t> levels;
   for (const Place& p : places)
     levels.push_back(
-        s.mesh.elements[locate(s.mesh, p.polygon, scene.polygons[p.polygon].corners, p.u, p.v).element].level);
-  return {name, s.mesh.elements.size(), s.vertex_count(), s.report.rays, seconds, displayed(s, places), levels};
+        s.mesh.elements[locate(s.mesh, p.polygon, scene.polygons[p.polygon].corners, p.u, p.v).element]
+            .level);
+  return {name,  s.mesh.elements.size(), s.vertex_count(), s.report.rays, seconds, displayed(s, places),
+          levels};
 }
 
 }  // namespace

@@ -12,7 +12,7 @@ namespace clrad {
 
 /// What one subdivision changed.
 struct Subdivision {
-  std::uint32_t first_vertex = 0;  ///< new vertices are those from here on
+  std::uint32_t first_vertex = 0;    ///< new vertices are those from here on
   std::uint32_t split = 0;           ///< elements split, those that balance forced included
   std::vector<std::uint32_t> owner;  ///< per element now: the element before that it was or came from
 };

@@ -123,9 +123,11 @@ TEST_F(CheckpointOf, SomethingElseIsRefusedWithTheReason) {
   doubles.precision = Precision::float64;
   Device twice(doubles);
   EXPECT_NE(reason(twice, scene_, o).find("precision"), std::string::npos);
-  Solution finished = solve(device_, scene_, options());
-  write_solution(file_, finished);
-  EXPECT_NE(reason(device_, scene_, o).find(file_), std::string::npos);
+  const std::string solution = temporary("solution.clrad");
+  write_solution(solution, solve(device_, scene_, options()));
+  o.resume = solution;
+  EXPECT_NE(reason(device_, scene_, o).find(solution), std::string::npos);
+  std::filesystem::remove(solution);
   // Convergence is the one thing that may be asked for anew.
   o.resume.clear(), o.checkpoint = file_;
   const Solution coarse = solve(device_, scene_, o);

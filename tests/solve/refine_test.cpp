@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/geometric.hpp>
 #include <random>
 
 #include "clrad/clrad.hpp"
@@ -148,7 +149,9 @@ TEST(Refine, EachLimitStopsItAndIsReported) {
   const Solution by_area = solve(device, scene, options);
   EXPECT_GT(by_area.report.refinement.stopped_by_min_area, 0u);
   for (const Element& e : by_area.mesh.elements)
-    if (e.level > 0) EXPECT_GE(e.area_m2, 0.01);
+    if (e.level > 0) {
+      EXPECT_GE(e.area_m2, 0.01);
+    }
 
   options = adaptive(0.05, 2);
   options.adaptive.min_projected_area_px = 40;
