@@ -1,36 +1,28 @@
 #include <fmt/format.h>
 
 #include <chrono>
-#include <filesystem>
 #include <memory>
 
 #include "cli/cli.hpp"
+#include "cli/outputs.hpp"
 #include "cli/progress.hpp"
 
 namespace clrad::cli {
 namespace {
 
 struct Arguments {
-  std::string scene, output, json, image, gltf, sensors, camera, size = "640x640", unit = "m",
-                                                                 estimator = "exact", grid;
+  std::string scene, sensors, estimator = "exact", grid, solver = "progressive";
+  OutputArguments outputs;
   DeviceArguments device;
   SolveOptions solve;
-  ImageOptions image_options;
   bool quiet = false;
 };
 
 void add_arguments(CLI::App& verb, Arguments& a) {
   verb.add_option("scene", a.scene, "OBJ, glTF or GLB file")->required();
-  verb.add_option("-o,--output", a.output,
-                  "folder for picture.png, scene.glb and report.json (made when missing)");
-  verb.add_option("--json", a.json, "write the report here");
-  verb.add_option("--image", a.image,
-                  "write the picture here: .png (exposed, sRGB) or .exr (linear radiance)");
-  verb.add_option("--gltf", a.gltf,
-                  "write the solution here: .glb or .gltf with vertex colours and radiosity");
+  a.outputs.add_views_to(verb, "picture.png, scene.glb, scene.vtu, solution.clrad and report.json");
+  a.outputs.add_results_to(verb);
   verb.add_option("--sensors", a.sensors, "irradiance at points: a file of `x y z nx ny nz` lines");
-  verb.add_option("--unit", a.unit, "length of one unit of the files: mm, cm, m, in, ft or metres")
-      ->capture_default_str();
   a.device.add_to(verb);
   verb.add_option("--seed", a.solve.seed, "of the samples' places")->capture_default_str();
   verb.add_flag("--quiet", a.quiet, "no progress, no summary");
@@ -77,12 +69,57 @@ void add_arguments(CLI::App& verb, Arguments& a) {
                 "light vertices by the average of a patch however near it is")
       ->group(accuracy);
 
-  const char* picture = "Picture";
-  verb.add_option("--camera", a.camera, "a camera of the scene, or ex,ey,ez,tx,ty,tz[,degrees]")
-      ->group(picture);
-  verb.add_option("--size", a.size, "of the picture")->capture_default_str()->group(picture);
-  verb.add_option("--exposure", a.image_options.exposure_stops, "stops, added to the automatic exposure")
-      ->group(picture);
+  const char* solving = "Solving";
+  verb.add_option(
+          "--solver", a.solver,
+          "progressive (shoots), gathering or gauss-seidel (trace every column first): the same answer")
+      ->check(CLI::IsMember({"progressive", "gathering", "gauss-seidel"}))
+      ->capture_default_str()
+      ->group(solving);
+  verb.add_option("--shooters", a.solve.shooters,
+                  "of the progressive solver: choose the K brightest patches at a time")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str()
+      ->group(solving);
+
+  verb.add_option("--checkpoint", a.solve.checkpoint,
+                  "keep the state of the solve in this file while it runs")
+      ->group(solving);
+  verb.add_option("--checkpoint-every", a.solve.checkpoint_every_s,
+                  "least seconds between two; they never take more than 5 % of the time")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str()
+      ->group(solving);
+  verb.add_option("--resume", a.solve.resume,
+                  "go on from a checkpoint of the same scene: the same bits as without a break")
+      ->check(CLI::ExistingFile)
+      ->group(solving);
+
+  const char* adaptive = "Adaptive subdivision";
+  verb.add_option(
+          "--adaptive", a.solve.adaptive.tolerance,
+          "split elements across which radiosity differs by more than this x the scene's mean, such as 0.05 "
+          "(default: never)")
+      ->check(CLI::PositiveNumber)
+      ->group(adaptive);
+  verb.add_option("--max-level", a.solve.adaptive.max_level, "splits of an element of the first mesh")
+      ->capture_default_str()
+      ->group(adaptive);
+  verb.add_option("--min-area", a.solve.adaptive.min_area_m2, "no smaller elements [m2]")
+      ->check(CLI::NonNegativeNumber)
+      ->group(adaptive);
+  verb.add_option("--min-projected-area", a.solve.adaptive.min_projected_area_px,
+                  "no smaller elements in the picture [pixels]; what it does not show is not split")
+      ->check(CLI::NonNegativeNumber)
+      ->group(adaptive);
+  verb.add_option("--refine-every", a.solve.adaptive.every, "shoots between refinements")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str()
+      ->group(adaptive);
+  verb.add_flag("--interpolate-new", a.solve.adaptive.interpolate_new,
+                "give new vertices the mean of their neighbours instead of shooting to them: shows the error "
+                "that makes")
+      ->group(adaptive);
 }
 
 void print_summary(const Solution& s) {
@@ -93,7 +130,17 @@ void print_summary(const Solution& s) {
     emitted += r.energy.emitted[b], absorbed += r.energy.absorbed[b], unshot += r.energy.unshot[b];
   fmt::print("{}: {} polygons, {} patches, {} elements, {} vertices\n", s.scene.file, s.scene.polygons.size(),
              s.mesh.patches.size(), s.mesh.elements.size(), s.vertex_count());
-  fmt::print("{} shoots and {} re-shoots, {} rays on {}\n\n", r.shoots, r.reshoots, r.rays, r.device.name);
+  fmt::print("{} shoots and {} re-shoots, {} rays on {}\n", r.shoots, r.reshoots, r.rays, r.device.name);
+  if (const auto& f = r.refinement; f.refinements > 0 || f.stopped_by_memory > 0) {
+    fmt::print("{} refinements split {} elements and added {} vertices, {} rays to these\n", f.refinements,
+               f.elements_split, f.vertices_added, f.rays);
+    fmt::print(
+        "still over the tolerance: {} at the maximum level, {} at the minimum area, {} at the minimum "
+        "projected "
+        "area, {} for want of memory\n",
+        f.stopped_by_max_level, f.stopped_by_min_area, f.stopped_by_min_projected_area, f.stopped_by_memory);
+  }
+  fmt::print("\n");
   fmt::print("{:<52} {:>9} {:>9}\n", "where the time went", "launches", "seconds");
   for (const auto& stage : r.stages)
     fmt::print("  {:<50} {:>9} {:>9.3f}\n", stage.name, stage.launches, stage.seconds);
@@ -104,54 +151,23 @@ void print_summary(const Solution& s) {
              100 * r.energy.unaccounted_relative);
 }
 
-// What was asked for by name, and everything when there is a folder.
-std::vector<std::string> write_outputs(const Arguments& a, Device& device, Solution& solution,
-                                       ProgressLine& line) {
-  namespace fs = std::filesystem;
-  const auto in_folder = [&](const std::string& given, const char* name) {
-    return given.empty() && !a.output.empty() ? (fs::path(a.output) / name).string() : given;
-  };
-  if (!a.output.empty()) {
-    std::error_code error;
-    fs::create_directories(a.output, error);
-    if (error) throw DeviceError(fmt::format("cannot make the folder {}: {}", a.output, error.message()));
-  }
-  std::vector<std::string> written;
-  if (const auto path = in_folder(a.image, "picture.png"); !path.empty()) {
-    line.say("draw the picture");
-    const auto start = std::chrono::steady_clock::now();
-    const Camera camera = choose_camera(a.camera, solution.scene, parse_unit(a.unit));
-    write_image(path, render(device, solution, camera, a.image_options), a.image_options);
-    solution.report.seconds.render =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    solution.report.seconds.total += solution.report.seconds.render;
-    solution.report.stages = device.profile();
-    written.push_back(path);
-  }
-  if (const auto path = in_folder(a.gltf, "scene.glb"); !path.empty()) {
-    line.say("write the glTF");
-    write_gltf(path, solution);
-    written.push_back(path);
-  }
-  if (const auto path = in_folder(a.json, "report.json"); !path.empty()) {
-    write_report(path, solution);
-    written.push_back(path);
-  }
-  return written;
-}
-
 int run(Arguments& a) {
-  std::tie(a.image_options.width, a.image_options.height) = parse_size(a.size);
+  a.outputs.parse();
   a.solve.estimator = a.estimator == "exact"     ? Estimator::exact
                       : a.estimator == "subdisk" ? Estimator::subdisk
                                                  : Estimator::disk;
   if (!a.grid.empty()) a.solve.grid = parse_grid(a.grid);
-  const double unit_m = parse_unit(a.unit);
+  a.solve.solver = a.solver == "gathering"      ? Solver::gathering
+                   : a.solver == "gauss-seidel" ? Solver::gauss_seidel
+                                                : Solver::progressive;
+  const double unit_m = parse_unit(a.outputs.unit);
   const auto start = std::chrono::steady_clock::now();
   const Scene scene = load_scene(a.scene, {.unit_m = unit_m});
   if (!a.quiet) print_diagnostics(scene.diagnostics, stderr);
   if (!a.sensors.empty()) a.solve.sensors = load_sensors(a.sensors, unit_m);
-  choose_camera(a.camera, scene, unit_m);  // a wrong name is said now, not after the solve
+  // A wrong name is said now, not after the solve.
+  a.solve.adaptive.camera = a.outputs.chosen_camera(scene);
+  a.solve.adaptive.width = a.outputs.picture.width, a.solve.adaptive.height = a.outputs.picture.height;
   const double import = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 
   Device device(a.device.resolved());
@@ -164,14 +180,14 @@ int run(Arguments& a) {
   Solution solution = solve(device, scene, a.solve);
   solution.report.seconds.import = import;
   solution.report.seconds.total += import;
-  const auto written = write_outputs(a, device, solution, line);
+  const auto written = a.outputs.write([&]() -> Device& { return device; }, solution, line);
   line.clear();
 
   for (const auto& warning : solution.report.warnings) fmt::print(stderr, "warning: {}\n", warning);
   if (!a.quiet) {
     print_summary(solution);
     for (const auto& s : solution.sensors)
-      if (a.json.empty() && a.output.empty())
+      if (a.outputs.json.empty() && a.outputs.folder.empty())
         fmt::print("sensor {} {} {}: {:.6g}\n", s.position_m.x, s.position_m.y, s.position_m.z,
                    fmt::join(s.irradiance, " "));
     for (const auto& path : written) fmt::print("wrote {}\n", path);

@@ -5,14 +5,14 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <memory>
+
+#include "mesh/lattice.hpp"
 
 namespace clrad {
 namespace {
 
 constexpr double default_patches = 8, default_elements = 64;  // along the scene's longest side
-// Radiosity is evaluated this share of an element's edge inside its polygon: on the very edge the contour
-// formula is 0/0.
-constexpr double inset = 1e-3;
 
 // A lattice point of one polygon.
 struct Cell {
@@ -39,10 +39,7 @@ class PolygonCutter {
  public:
   PolygonCutter(const Scene& scene, const Frame& frame, std::uint32_t polygon, std::uint32_t plane,
                 Mesh& mesh)
-      : polygon_(scene.polygons[polygon]), frame_(frame), index_(polygon), plane_(plane), mesh_(mesh) {
-    // Cut in the frame: a scene far from the origin is cut to the same bits as one at the origin.
-    for (std::uint32_t k = 0; k < polygon_.corners; ++k) corner_[k] = frame.to_frame(polygon_.corner[k]);
-  }
+      : polygon_(scene.polygons[polygon]), frame_(frame), index_(polygon), plane_(plane), mesh_(mesh) {}
 
   void cut() {
     const auto& c = polygon_.corner;
@@ -52,35 +49,38 @@ class PolygonCutter {
     const double length_v = quad ? std::max(glm::length(c[3] - c[0]), glm::length(c[2] - c[1])) : length_u;
     const std::uint32_t patches_u = pieces(length_u, mesh_.patch_edge_m),
                         patches_v = quad ? pieces(length_v, mesh_.patch_edge_m) : patches_u;
-    const std::uint32_t level =
-        levels(std::max(length_u / patches_u, length_v / patches_v), mesh_.element_edge_m);
-    step_ = 1u << std::min(level, 20u);
-    const double vertices = (double(patches_u) * step_ + 1) * (double(patches_v) * step_ + 1);
+    level_ = std::min(levels(std::max(length_u / patches_u, length_v / patches_v), mesh_.element_edge_m),
+                      lattice_depth);
+    const double step = double(1u << level_);
+    const double vertices = (patches_u * step + 1) * (patches_v * step + 1);
     if (double(mesh_.receivers.size()) + vertices > double(1u << 31))
       throw UsageError(
           fmt::format("the mesh would have more than {} vertices; use a larger --element-edge", 1u << 31));
+    if (std::max(patches_u, patches_v) >= 1u << (32 - lattice_depth))
+      throw UsageError(
+          fmt::format("a polygon would be cut into more than {} patches along one side; use a "
+                      "larger --patch-edge",
+                      1u << (32 - lattice_depth)));
 
-    mesh_of_.cells_u = patches_u * step_;
-    mesh_of_.cells_v = patches_v * step_;
+    mesh_of_.patches_u = patches_u, mesh_of_.patches_v = patches_v;
+    mesh_of_.cells_u = patches_u << level_;
+    mesh_of_.cells_v = patches_v << level_;
     mesh_of_.first_vertex = mesh_.vertex_count();
     mesh_of_.first_patch = std::uint32_t(mesh_.patches.size());
     mesh_of_.first_element = std::uint32_t(mesh_.elements.size());
+    map_ = std::make_unique<LatticeMap>(polygon_, frame_, patches_u, patches_v);
     add_vertices();
-    if (quad) {
-      for (std::uint32_t v = 0; v < patches_v; ++v)
-        for (std::uint32_t u = 0; u < patches_u; ++u) {
-          const Cell at{u * step_, v * step_};
-          add_patch({at, at + Cell{step_, 0}, at + Cell{step_, step_}, at + Cell{0, step_}});
+    constexpr std::uint32_t edge = 1u << lattice_depth;
+    for (std::uint32_t v = 0; v < patches_v; ++v)
+      for (std::uint32_t u = 0; u < (quad ? patches_u : patches_u - v); ++u) {
+        const Cell at{u * edge, v * edge};
+        if (quad) {
+          add_patch({at, at + Cell{edge, 0}, at + Cell{edge, edge}, at + Cell{0, edge}});
+          continue;
         }
-    } else {
-      for (std::uint32_t v = 0; v < patches_v; ++v)
-        for (std::uint32_t u = 0; u + v < patches_u; ++u) {
-          const Cell at{u * step_, v * step_};
-          add_patch({at, at + Cell{step_, 0}, at + Cell{0, step_}});
-          if (u + v + 1 < patches_u)
-            add_patch({at + Cell{step_, step_}, at + Cell{0, step_}, at + Cell{step_, 0}});
-        }
-    }
+        add_patch({at, at + Cell{edge, 0}, at + Cell{0, edge}});
+        if (u + v + 1 < patches_u) add_patch({at + Cell{edge, edge}, at + Cell{0, edge}, at + Cell{edge, 0}});
+      }
     mesh_of_.vertices = mesh_.vertex_count() - mesh_of_.first_vertex;
     mesh_of_.patches = std::uint32_t(mesh_.patches.size()) - mesh_of_.first_patch;
     mesh_of_.elements = std::uint32_t(mesh_.elements.size()) - mesh_of_.first_element;
@@ -96,111 +96,97 @@ class PolygonCutter {
     return longest;
   }
 
-  glm::dvec3 position(double i, double j) const {
-    const auto& c = corner_;
-    const double u = i / mesh_of_.cells_u, v = j / mesh_of_.cells_v;
-    if (polygon_.corners == 3) return c[0] + u * (c[1] - c[0]) + v * (c[2] - c[0]);
-    return (1 - u) * (1 - v) * c[0] + u * (1 - v) * c[1] + u * v * c[2] + (1 - u) * v * c[3];
-  }
-  glm::dvec3 position(Cell c) const { return position(c.i, c.j); }
-
   std::uint32_t vertex(Cell c) const {
-    const std::uint32_t n = mesh_of_.cells_u;
-    if (polygon_.corners == 4) return mesh_of_.first_vertex + c.j * (n + 1) + c.i;
-    return mesh_of_.first_vertex + c.j * (n + 1) - c.j * (c.j - 1) / 2 + c.i;
+    const std::uint32_t n = mesh_of_.cells_u, unit = lattice_unit(level_), i = c.i / unit, j = c.j / unit;
+    if (polygon_.corners == 4) return mesh_of_.first_vertex + j * (n + 1) + i;
+    return mesh_of_.first_vertex + j * (n + 1) - j * (j - 1) / 2 + i;
+  }
+
+  // Half-way between which vertices (i, j) lies, by the lowest digit that its coordinates have.
+  std::array<std::uint32_t, 4> parents(Cell at) const {
+    const std::uint32_t step = (at.i | at.j) & -(at.i | at.j);
+    if (step == 0 || step >= lattice_unit(0)) return {0xffffffffu, 0xffffffffu, 0xffffffffu, 0xffffffffu};
+    const std::uint32_t i = at.i & step, j = at.j & step;
+    if (i && j) {
+      const std::uint32_t right = vertex({at.i + i, at.j - j}), left = vertex({at.i - i, at.j + j});
+      // A triangle's third edges run from right to left.
+      if (polygon_.corners == 3) return {right, left, right, left};
+      return {vertex({at.i - i, at.j - j}), right, vertex({at.i + i, at.j + j}), left};
+    }
+    const std::uint32_t a = vertex({at.i - i, at.j - j}), b = vertex({at.i + i, at.j + j});
+    return {a, b, a, b};
   }
 
   void add_vertices() {
     const glm::dvec3 normal = polygon_.normal();
-    for (std::uint32_t j = 0; j <= mesh_of_.cells_v; ++j)
-      for (std::uint32_t i = 0; i <= (polygon_.corners == 4 ? mesh_of_.cells_u : mesh_of_.cells_u - j); ++i) {
-        mesh_.position_m.push_back(frame_.from_frame(position(i, j)));
-        mesh_.receivers.push_back({inside(i, j), normal, plane_, index_});
+    const std::uint32_t unit = lattice_unit(level_);
+    for (std::uint32_t b = 0; b <= mesh_of_.cells_v; ++b)
+      for (std::uint32_t a = 0; a <= (polygon_.corners == 4 ? mesh_of_.cells_u : mesh_of_.cells_u - b); ++a) {
+        const std::uint32_t i = a * unit, j = b * unit;
+        mesh_.lattice.push_back({i, j});
+        mesh_.parents.push_back(parents({i, j}));
+        mesh_.position_m.push_back(frame_.from_frame(map_->position(i, j)));
+        mesh_.receivers.push_back({map_->inside(i, j, unit), normal, plane_, index_});
       }
   }
 
-  // The lattice point (i, j), moved off the polygon's boundary by the inset.
-  glm::dvec3 inside(std::uint32_t i, std::uint32_t j) const {
-    const double n = mesh_of_.cells_u, m = mesh_of_.cells_v;
-    if (polygon_.corners == 4)
-      return position(std::clamp(double(i), inset, n - inset), std::clamp(double(j), inset, m - inset));
-    // Barycentric coordinates in cells; their sum stays n, so what is added to one comes off the largest.
-    double b[3] = {n - i - j, double(i), double(j)};
-    double added = 0;
-    for (double& x : b)
-      if (x < inset) added += inset - x, x = inset;
-    *std::max_element(b, b + 3) -= added;
-    return position(b[1], b[2]);
-  }
-
-  void add_patch(std::vector<Cell> corner) {
+  void add_patch(const std::vector<Cell>& corner) {
     Patch patch;
     patch.polygon = index_;
     patch.corners = std::uint32_t(corner.size());
     patch.first_element = std::uint32_t(mesh_.elements.size());
-    for (std::size_t k = 0; k < corner.size(); ++k) patch.corner[k] = position(corner[k]);
-    add_elements(corner, step_);
+    for (std::size_t k = 0; k < corner.size(); ++k)
+      patch.corner[k] = map_->position(corner[k].i, corner[k].j);
+    add_elements(corner, 0, 0);
     patch.elements = std::uint32_t(mesh_.elements.size()) - patch.first_element;
     for (std::uint32_t e = 0; e < patch.elements; ++e)
       patch.area_m2 += mesh_.elements[patch.first_element + e].area_m2;
     mesh_.patches.push_back(patch);
   }
 
-  // The quadtree below one node, depth first: four children, the corners' own in order, a triangle's middle
-  // one last.
-  void add_elements(const std::vector<Cell>& c, std::uint32_t edge) {
-    if (edge == 1) return add_element(c);
-    const std::uint32_t half = edge / 2;
+  // The quadtree below one node, depth first.
+  void add_elements(const std::vector<Cell>& c, std::uint32_t level, std::uint32_t code) {
+    if (level == level_) return add_element(c, code);
+    const auto child = [&](std::uint32_t k, const std::vector<Cell>& corner) {
+      add_elements(corner, level + 1, code | k << 2 * (lattice_depth - 1 - level));
+    };
     if (c.size() == 4) {
       const Cell m01 = middle(c[0], c[1]), m12 = middle(c[1], c[2]), m23 = middle(c[2], c[3]),
                  m30 = middle(c[3], c[0]);
       const Cell centre = middle(m30, m12);
-      add_elements({c[0], m01, centre, m30}, half);
-      add_elements({m01, c[1], m12, centre}, half);
-      add_elements({centre, m12, c[2], m23}, half);
-      add_elements({m30, centre, m23, c[3]}, half);
+      child(0, {c[0], m01, centre, m30});
+      child(1, {m01, c[1], m12, centre});
+      child(2, {centre, m12, c[2], m23});
+      child(3, {m30, centre, m23, c[3]});
     } else {
       const Cell m01 = middle(c[0], c[1]), m12 = middle(c[1], c[2]), m20 = middle(c[2], c[0]);
-      add_elements({c[0], m01, m20}, half);
-      add_elements({m01, c[1], m12}, half);
-      add_elements({m20, m12, c[2]}, half);
-      add_elements({m12, m20, m01}, half);
+      child(0, {c[0], m01, m20});
+      child(1, {m01, c[1], m12});
+      child(2, {m20, m12, c[2]});
+      child(3, {m12, m20, m01});
     }
   }
 
-  void add_element(const std::vector<Cell>& c) {
+  void add_element(const std::vector<Cell>& c, std::uint32_t code) {
     Element e;
     e.patch = std::uint32_t(mesh_.patches.size());
+    e.level = level_;
+    e.code = code;
     e.vertex.fill(0xffffffffu);
     glm::dvec3 p[4];
-    const double metres = frame_.metres();
-    for (std::size_t k = 0; k < c.size(); ++k) e.vertex[k] = vertex(c[k]), p[k] = position(c[k]) * metres;
-    if (c.size() == 3) {
-      e.area_m2 = 0.5 * glm::length(glm::cross(p[1] - p[0], p[2] - p[0]));
-      e.weight = {1.0 / 3, 1.0 / 3, 1.0 / 3, 0};
-    } else {
-      // A planar quad's bilinear map has a Jacobian that is linear over it: J = sum of N_k J_k with J_k twice
-      // the area of the corner triangle at k, and the integral of N_k N_l is 1/9 (same), 1/18 (neighbours) or
-      // 1/36 (opposite).
-      double jacobian[4];
-      for (int k = 0; k < 4; ++k)
-        jacobian[k] = glm::length(glm::cross(p[(k + 1) % 4] - p[k], p[(k + 3) % 4] - p[k]));
-      e.area_m2 = (jacobian[0] + jacobian[1] + jacobian[2] + jacobian[3]) / 4;
-      for (int k = 0; k < 4; ++k)
-        e.weight[k] = (4 * jacobian[k] + 2 * jacobian[(k + 1) % 4] + jacobian[(k + 2) % 4] +
-                       2 * jacobian[(k + 3) % 4]) /
-                      (36 * e.area_m2);
-    }
+    for (std::size_t k = 0; k < c.size(); ++k)
+      e.vertex[k] = vertex(c[k]), p[k] = map_->position(c[k].i, c[k].j);
+    measure_element(e, p, std::uint32_t(c.size()), frame_.metres());
     mesh_.elements.push_back(e);
   }
 
   const Polygon& polygon_;
   const Frame& frame_;
-  std::array<glm::dvec3, 4> corner_;  // frame
+  std::unique_ptr<LatticeMap> map_;
   std::uint32_t index_, plane_;
   Mesh& mesh_;
   PolygonMesh mesh_of_;
-  std::uint32_t step_ = 1;  // elements along a patch's edge
+  std::uint32_t level_ = 0;  // subdivisions of every patch
 };
 
 }  // namespace

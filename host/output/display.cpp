@@ -37,14 +37,17 @@ std::vector<Fill> next_ring(const Mesh& mesh, std::vector<std::uint8_t>& covered
 
 }  // namespace
 
-std::vector<double> display_radiosity(const Solution& solution) {
+std::vector<double> display_radiosity(const Solution& solution, bool ambient) {
   const std::uint32_t vertices = solution.vertex_count();
   std::vector<double> radiosity(std::size_t(solution.bands) * vertices, 0.0);
   for (std::uint32_t band = 0; band < solution.bands; ++band)
-    for (std::uint32_t p = 0; p < solution.mesh.polygons.size(); ++p) {
-      const PolygonMesh& polygon = solution.mesh.polygons[p];
-      for (std::uint32_t v = polygon.first_vertex; v < polygon.first_vertex + polygon.vertices; ++v)
-        radiosity[std::size_t(band) * vertices + v] = solution.vertex_radiosity(band, v, p);
+    for (std::uint32_t v = 0; v < vertices; ++v) {
+      const std::uint32_t polygon = solution.mesh.receivers[v].surface;
+      double& b = radiosity[std::size_t(band) * vertices + v];
+      b = solution.vertex_radiosity(band, v, polygon);
+      if (ambient && band < solution.ambient.size())
+        b += solution.scene.materials[solution.scene.polygons[polygon].material].reflectance[band] *
+             solution.ambient[band];
     }
   // Rings inwards, so that an element all of whose corners are covered, each by another block, is not black.
   std::vector<std::uint8_t> covered = solution.vertex_covered;

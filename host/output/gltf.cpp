@@ -1,15 +1,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cstring>
-#include <filesystem>
 #include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
 
 #include "clrad/output.hpp"
-#include "output/tone.hpp"
+#include "output/colours.hpp"
+#include "output/file.hpp"
+#include "output/outline.hpp"
 #include "version.hpp"
 
 namespace clrad {
@@ -119,26 +119,9 @@ int add_positions(Asset& asset, const Solution& solution) {
   return accessor;
 }
 
-// Display radiosity as a screen shows it: the picture's automatic exposure, over the vertices; linear, in [0,
-// 1].
 int add_colours(Asset& asset, const Solution& solution) {
-  const std::size_t vertices = solution.vertex_count();
-  const auto radiosity = display_radiosity(solution);
-  std::vector<float> bands(solution.bands);
-  std::vector<double> luminances;
-  for (std::size_t v = 0; v < vertices; ++v) {
-    for (std::uint32_t b = 0; b < solution.bands; ++b) bands[b] = float(radiosity[b * vertices + v]);
-    luminances.push_back(luminance(bands.data(), solution.bands));
-  }
-  const double exposure = automatic_exposure(luminances);
-  std::vector<float> colours;
-  for (std::size_t v = 0; v < vertices; ++v) {
-    double colour[3];
-    for (int c = 0; c < 3; ++c) colour[c] = solution.bands == 3 ? radiosity[c * vertices + v] : luminances[v];
-    expose(colour, exposure, true);
-    colours.insert(colours.end(), {float(colour[0]), float(colour[1]), float(colour[2])});
-  }
-  return asset.add(colours, "VEC3", 3, array_buffer);
+  const auto rgb = display_colours(solution).rgb;
+  return asset.add(std::vector<float>(rgb.begin(), rgb.end()), "VEC3", 3, array_buffer);
 }
 
 // One or three bands are one attribute; other counts are one scalar attribute a band, numbered.
@@ -163,23 +146,19 @@ std::vector<double> vertex_radiosity(const Solution& solution) {
   const std::size_t vertices = solution.vertex_count();
   std::vector<double> radiosity(solution.bands * vertices);
   for (std::uint32_t band = 0; band < solution.bands; ++band)
-    for (std::uint32_t p = 0; p < solution.mesh.polygons.size(); ++p) {
-      const PolygonMesh& polygon = solution.mesh.polygons[p];
-      for (std::uint32_t v = polygon.first_vertex; v < polygon.first_vertex + polygon.vertices; ++v)
-        radiosity[band * vertices + v] = solution.vertex_radiosity(band, v, p);
-    }
+    for (std::uint32_t v = 0; v < vertices; ++v)
+      radiosity[band * vertices + v] = solution.vertex_radiosity(band, v, solution.mesh.receivers[v].surface);
   return radiosity;
 }
 
-// Corner numbers of each used material's elements; a quad is split along its diagonal 0-2.
+// Corner numbers of each used material's elements, each a fan over its outline; a quad is split along its diagonal 0-2.
 std::map<std::uint32_t, std::vector<std::uint32_t>> triangles_by_material(const Solution& solution) {
   std::map<std::uint32_t, std::vector<std::uint32_t>> triangles;
   for (const Element& element : solution.mesh.elements) {
     const std::uint32_t polygon = solution.mesh.patches[element.patch].polygon;
     auto& list = triangles[solution.scene.polygons[polygon].material];
-    const auto& v = element.vertex;
-    list.insert(list.end(), {v[0], v[1], v[2]});
-    if (v[3] != 0xffffffffu) list.insert(list.end(), {v[0], v[2], v[3]});
+    const auto [v, vertices] = outline(element);
+    for (std::uint32_t k = 2; k < vertices; ++k) list.insert(list.end(), {v[0], v[k - 1], v[k]});
   }
   return triangles;
 }
@@ -228,9 +207,7 @@ Asset build(const Solution& solution) {
 }  // namespace
 
 void write_gltf(const std::string& path, const Solution& solution) {
-  std::string ending = std::filesystem::path(path).extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return char(std::tolower(c)); });
+  const std::string ending = lower_ending(path);
   if (ending != ".glb" && ending != ".gltf")
     throw UsageError(fmt::format("cannot write {}: the ending of a glTF file is .glb or .gltf", path));
   if (solution.mesh.elements.empty())

@@ -4,20 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 
 #include "clrad/output.hpp"
+#include "output/file.hpp"
 #include "output/tone.hpp"
 
 namespace clrad {
 namespace {
-
-std::string lower_ending(const std::string& path) {
-  std::string ending = std::filesystem::path(path).extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return char(std::tolower(c)); });
-  return ending;
-}
 
 // The file's bytes, made in memory: what reaches the disk is whole.
 std::string encoded(const std::string& path, const std::string& format, const OIIO::ImageSpec& spec,

@@ -111,6 +111,16 @@ std::string report_json(const Solution& solution) {
   json["pieces"] = report.pieces;
   json["candidates"] = report.candidates;
   json["exact_tests"] = report.exact_tests;
+  const auto& refinement = report.refinement;
+  json["refinement"] = {{"refinements", refinement.refinements},
+                        {"elements_split", refinement.elements_split},
+                        {"vertices_added", refinement.vertices_added},
+                        {"rays", refinement.rays},
+                        {"stopped_by",
+                         {{"max_level", refinement.stopped_by_max_level},
+                          {"min_area", refinement.stopped_by_min_area},
+                          {"min_projected_area", refinement.stopped_by_min_projected_area},
+                          {"memory", refinement.stopped_by_memory}}}};
   json["seconds"] = {{"import", report.seconds.import},
                      {"build", report.seconds.build},
                      {"solve", report.seconds.solve},

@@ -20,7 +20,7 @@ bool finite(const glm::dvec3& v) {
 
 }  // namespace
 
-std::array<double, camera_reals> camera_numbers(const Solution& solution, const Camera& camera,
+std::array<double, camera_reals> camera_numbers(const Scene& scene, const Frame& frame, const Camera& camera,
                                                 unsigned width, unsigned height, Precision precision) {
   const double half_angle = camera.vertical_field_of_view_rad / 2;
   if (!(half_angle > 0 && half_angle < std::acos(0.0)))
@@ -36,16 +36,16 @@ std::array<double, camera_reals> camera_numbers(const Solution& solution, const 
   const double tangent = std::tan(half_angle);
 
   glm::dvec3 low(INFINITY), high(-INFINITY);
-  for (const auto& polygon : solution.scene.polygons)
+  for (const auto& polygon : scene.polygons)
     for (std::uint32_t k = 0; k < polygon.corners; ++k) {
-      const glm::dvec3 p = solution.frame.to_frame(polygon.corner[k]);
+      const glm::dvec3 p = frame.to_frame(polygon.corner[k]);
       low = glm::min(low, p), high = glm::max(high, p);
     }
   low -= padding, high += padding;
 
   // A far eye is replaced by a base point on each ray in the plane through the scene's middle: numbers stay
   // small.
-  const glm::dvec3 eye = solution.frame.to_frame(camera.eye);
+  const glm::dvec3 eye = frame.to_frame(camera.eye);
   const bool near = std::max({std::abs(eye.x), std::abs(eye.y), std::abs(eye.z)}) <= near_enough;
   const double distance = near ? 0 : std::max(glm::dot(0.5 * (low + high) - eye, forward), 0.0);
   const glm::dvec3 base = eye + distance * forward;

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/common.hpp>
-#include <glm/geometric.hpp>
 
 #include "render/render.hpp"
 
@@ -11,7 +10,6 @@ namespace {
 
 struct Flat {
   std::uint32_t polygon = 0, plane = 0;
-  bool front = false;
   glm::dvec3 low{INFINITY}, high{-INFINITY};
 };
 
@@ -29,8 +27,7 @@ bool boxes_overlap(const Flat& a, const Flat& b) {
 
 }  // namespace
 
-Layers visible_layers(std::span<const OccluderTriangle> triangles, std::size_t polygons,
-                      const glm::dvec3& eye) {
+Layers overlapping_layers(std::span<const OccluderTriangle> triangles, std::size_t polygons) {
   std::vector<Flat> flats(polygons);
   std::vector<bool> present(polygons, false);
   for (const auto& t : triangles) {
@@ -38,9 +35,6 @@ Layers visible_layers(std::span<const OccluderTriangle> triangles, std::size_t p
     present[t.polygon] = true;
     flat.polygon = t.polygon, flat.plane = t.plane;
     for (const auto& c : t.corner) flat.low = glm::min(flat.low, c), flat.high = glm::max(flat.high, c);
-    // A convex polygon's triangles face the same way.
-    const glm::dvec3 normal = glm::cross(t.corner[1] - t.corner[0], t.corner[2] - t.corner[0]);
-    flat.front = flat.front || glm::dot(normal, eye - t.corner[0]) > 0;
   }
   std::vector<Flat> order;
   for (std::size_t p = 0; p < polygons; ++p)
@@ -53,22 +47,18 @@ Layers visible_layers(std::span<const OccluderTriangle> triangles, std::size_t p
     return a.polygon < b.polygon;
   });
 
-  std::vector<std::vector<std::uint32_t>> above(polygons);
-  const auto add = [&](const Flat& under, const Flat& top) {
-    if (top.front && (!under.front || top.polygon > under.polygon))
-      above[under.polygon].push_back(top.polygon);
-  };
+  std::vector<std::vector<std::uint32_t>> overlapping(polygons);
   for (std::size_t i = 0; i < order.size(); ++i)
     for (std::size_t j = i + 1; j < order.size(); ++j) {
       if (order[j].plane != order[i].plane || key(order[j].low) > key(order[i].high)) break;
       if (!boxes_overlap(order[i], order[j])) continue;
-      add(order[i], order[j]);
-      add(order[j], order[i]);
+      overlapping[order[i].polygon].push_back(order[j].polygon);
+      overlapping[order[j].polygon].push_back(order[i].polygon);
     }
 
   Layers layers;
   layers.start.push_back(0);
-  for (auto& list : above) {
+  for (auto& list : overlapping) {
     std::sort(list.begin(), list.end());
     layers.polygon.insert(layers.polygon.end(), list.begin(), list.end());
     layers.start.push_back(std::uint32_t(layers.polygon.size()));

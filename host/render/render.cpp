@@ -3,22 +3,19 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 
 #include "mesh/build.hpp"
+#include "render/reflect.hpp"
+#include "scene/planes.hpp"
 
 namespace clrad {
 namespace {
 
-// Rays handled at a time: a share of the memory that is left, so that the engine has room for its own work,
-// and no more than keeps the device busy.
-std::uint32_t pixels_at_a_time(const Device& device, const ImageOptions& options, std::uint32_t bands) {
-  const std::uint64_t point = device.options().precision == Precision::float64 ? 88 : 48;
-  const std::uint64_t per_pixel = options.samples_per_pixel * (2 * point + 8) + 4 * std::uint64_t(bands);
-  const auto& ledger = *device.ledger();
-  const std::uint64_t left = ledger.limit - std::min(ledger.limit, ledger.held);
-  const std::uint64_t most = (std::uint64_t(1) << 19) / options.samples_per_pixel;
-  return std::uint32_t(std::clamp<std::uint64_t>(left / 4 / per_pixel, 1, std::max<std::uint64_t>(most, 1)));
-}
+// Of glass, rays may come to several times those from the camera before most of them have ended.
+constexpr std::uint32_t glass_growth = 4;
+// Their queues are at least this long where memory allows, so that small pictures have room, too.
+constexpr std::uint64_t glass_queue = 1 << 16;
 
 void check(const ImageOptions& options) {
   if (options.width == 0 || options.height == 0 || std::uint64_t(options.width) * options.height > (1u << 28))
@@ -27,46 +24,166 @@ void check(const ImageOptions& options) {
   if (options.samples_per_pixel == 0 || options.samples_per_pixel > 65536)
     throw UsageError(
         fmt::format("{} samples a pixel; there must be between 1 and 65536", options.samples_per_pixel));
+  if (options.depth > 64)
+    throw UsageError(fmt::format("rays followed to depth {}; at most 64 makes sense", options.depth));
+  if (options.light_samples == 0 || options.light_samples > 4096)
+    throw UsageError(
+        fmt::format("{} rays to a light; there must be between 1 and 4096", options.light_samples));
+}
+
+// One picture: tables, queues, and the loop over batches of pixels.
+class Picture {
+ public:
+  Picture(Device& device, VisibilityEngine& engine, std::span<const OccluderTriangle> triangles,
+          const Scene& scene, const Frame& frame, const Camera& camera, const ImageOptions& options,
+          const SurfaceTables& surfaces, const Shading& shading)
+      : device_(device),
+        engine_(engine),
+        options_(options),
+        surfaces_(surfaces),
+        shading_(shading),
+        bands_(std::uint32_t(scene.bands.size())),
+        camera_(
+            device,
+            camera_numbers(scene, frame, camera, options.width, options.height, device.options().precision),
+            "the camera") {
+    const bool follow = options.depth > 0 && has_specular(scene);
+    const bool glass = follow && std::any_of(scene.materials.begin(), scene.materials.end(),
+                                             [](const Material& m) { return m.is_glass(); });
+    const std::uint64_t samples = options.samples_per_pixel, room = rays_at_a_time(follow),
+                        rays_per_pixel = samples * (glass ? glass_growth : 1);
+    batch_ = std::uint32_t(
+        std::clamp<std::uint64_t>(room / rays_per_pixel, 1, std::uint64_t(options.width) * options.height));
+    std::uint64_t capacity = batch_ * rays_per_pixel;
+    if (glass) capacity = std::max(capacity, std::min(room, glass_queue));
+    if (follow) {
+      reflector_.emplace(device, surfaces, triangles, scene, frame, camera_, capacity);
+      for (Rays& queue : queue_) queue = reflector_->queue(capacity, batch_);
+    } else {
+      queue_[0].origins = PointArray(device, capacity, "camera rays");
+      queue_[0].targets = PointArray(device, capacity, "camera rays");
+    }
+    seen_ = Array<std::uint32_t>(device, capacity, "what rays meet");
+    t_ = Array<float>(device, capacity, "what rays meet");
+    shown_ = Array<float>(device, capacity * bands_, "light that rays meet");
+    radiance_ = Array<float>(device, std::uint64_t(batch_) * bands_, "pixels");
+  }
+
+  std::vector<float> draw() {
+    const std::uint32_t pixels = options_.width * options_.height;
+    std::vector<float> radiance;
+    radiance.reserve(std::size_t(pixels) * bands_);
+    for (std::uint32_t first = 0; first < pixels;) {
+      const std::uint32_t count = std::min(batch_, pixels - first);
+      if (!draw_batch(first, count)) {
+        // A pixel's bits do not depend on its batch, so fewer pixels at a time it is.
+        if (count == 1)
+          throw DeviceError(
+              fmt::format("the reflected and refracted rays of one pixel, more than {}, do not fit into "
+                          "memory; give more of it (--memory), fewer samples or a smaller --depth",
+                          seen_.size()));
+        batch_ = count / 2;
+        continue;
+      }
+      const auto done = radiance_.download(0, std::uint64_t(count) * bands_);
+      radiance.insert(radiance.end(), done.begin(), done.end());
+      first += count;
+    }
+    return radiance;
+  }
+
+ private:
+  // False when the rays that go on are too many for the queues.
+  bool draw_batch(std::uint32_t first, std::uint32_t count) {
+    const std::uint32_t samples = options_.samples_per_pixel;
+    Rays *rays = &queue_[0], *next = &queue_[1];
+    rays->count = count * samples;
+    rays->from_camera = true;
+    {
+      const auto stage = device_.stage("make camera rays");
+      camera_rays(device_, camera_, options_, first, rays->count, rays->origins, rays->targets);
+    }
+    for (std::uint32_t depth = 0;; ++depth) {
+      {
+        const auto stage =
+            device_.stage(depth == 0 ? "find what each pixel sees" : "find what mirrors and glass show");
+        engine_.intersect_closest(
+            {.origins = &rays->origins, .origin_count = rays->count, .targets = &rays->targets}, seen_, t_);
+        find_seen(device_, surfaces_, *rays, seen_);
+      }
+      {
+        const auto stage = device_.stage("shade pixels");
+        shading_.shade(*rays, seen_, shown_);
+        add_to_pixels(device_, *rays, shown_, samples, count, bands_, radiance_);
+      }
+      if (!reflector_ || depth == options_.depth) return true;
+      const auto stage = device_.stage("send rays on from mirrors and glass");
+      if (!reflector_->send_on(*rays, seen_, samples, count, *next)) return false;
+      if (next->count == 0) return true;
+      std::swap(rays, next);
+    }
+  }
+
+  // A share of the memory that is left, so that the engine has room for its own work, and no more than keep
+  // the device busy.
+  std::uint64_t rays_at_a_time(bool follow) const {
+    const Precision precision = device_.options().precision;
+    const std::uint64_t point = precision == Precision::float64 ? 88 : 48;
+    // Of a pixel, its radiance and where its rays begin, if each had one ray.
+    std::uint64_t per_ray = 2 * point + 8 + 8 * std::uint64_t(bands_) + 8 + shading_.bytes_per_ray;
+    if (follow) per_ray += Reflector::bytes_per_ray(precision, bands_);
+    const auto& ledger = *device_.ledger();
+    const std::uint64_t left = ledger.limit - std::min(ledger.limit, ledger.held);
+    return std::min<std::uint64_t>(left / 4 / per_ray, std::uint64_t(1) << 19);
+  }
+
+  Device& device_;
+  VisibilityEngine& engine_;
+  const ImageOptions& options_;
+  const SurfaceTables& surfaces_;
+  const Shading& shading_;
+  std::uint32_t bands_, batch_ = 1;
+  RealArray camera_;
+  std::optional<Reflector> reflector_;
+  Rays queue_[2];
+  Array<std::uint32_t> seen_;
+  Array<float> t_, shown_, radiance_;
+};
+
+Image empty_image(const Scene& scene, const ImageOptions& options) {
+  Image image;
+  image.width = options.width, image.height = options.height, image.bands = unsigned(scene.bands.size());
+  image.unit = scene.quantity == Quantity::photometric ? "cd/m^2" : "W/(sr m^2)";
+  image.band_names = scene.bands;
+  return image;
 }
 
 }  // namespace
 
 Image render_through(Device& device, VisibilityEngine& engine, std::span<const OccluderTriangle> triangles,
                      const Solution& solution, const Camera& camera, const ImageOptions& options) {
+  if (options.whitted)
+    return render_whitted_through(device, engine, triangles, solution.scene, solution.frame, camera, options);
   check(options);
-  const std::uint32_t samples = options.samples_per_pixel, pixels = options.width * options.height;
-  const auto numbers =
-      camera_numbers(solution, camera, options.width, options.height, device.options().precision);
-  const RealArray camera_array(device, numbers, "the camera");
-  const ShadeTables tables = shade_tables(device, triangles, solution, solution.frame.to_frame(camera.eye));
+  Image image = empty_image(solution.scene, options);
+  const SurfaceTables surfaces = surface_tables(device, triangles, solution.scene, solution.frame);
+  const Shading shading = radiosity_shading(device, surfaces, solution, options.ambient);
+  image.radiance =
+      Picture(device, engine, triangles, solution.scene, solution.frame, camera, options, surfaces, shading)
+          .draw();
+  return image;
+}
 
-  Image image;
-  image.width = options.width, image.height = options.height, image.bands = solution.bands;
-  image.unit = solution.scene.quantity == Quantity::photometric ? "cd/m^2" : "W/(sr m^2)";
-  image.band_names = solution.scene.bands;
-  image.radiance.reserve(std::size_t(pixels) * image.bands);
-
-  const std::uint32_t batch = std::min(pixels, pixels_at_a_time(device, options, image.bands));
-  const std::uint64_t rays_at_most = std::uint64_t(batch) * samples;
-  PointArray origins(device, rays_at_most, "camera rays"), targets(device, rays_at_most, "camera rays");
-  Array<std::uint32_t> triangle(device, rays_at_most, "what camera rays meet");
-  Array<float> t(device, rays_at_most, "what camera rays meet");
-  Array<float> radiance(device, std::uint64_t(batch) * image.bands, "pixels");
-  for (std::uint32_t first = 0; first < pixels; first += batch) {
-    const std::uint32_t count = std::min(batch, pixels - first), rays = count * samples;
-    {
-      const auto stage = device.stage("make camera rays");
-      camera_rays(device, camera_array, options, first, rays, origins, targets);
-    }
-    {
-      const auto stage = device.stage("find what each pixel sees");
-      engine.intersect_closest({.origins = &origins, .origin_count = rays, .targets = &targets}, triangle, t);
-    }
-    const auto stage = device.stage("shade pixels");
-    shade_pixels(device, tables, origins, targets, triangle, samples, count, radiance);
-    const auto done = radiance.download(0, std::uint64_t(count) * image.bands);
-    image.radiance.insert(image.radiance.end(), done.begin(), done.end());
-  }
+Image render_whitted_through(Device& device, VisibilityEngine& engine,
+                             std::span<const OccluderTriangle> triangles, const Scene& scene,
+                             const Frame& frame, const Camera& camera, const ImageOptions& options) {
+  check(options);
+  Image image = empty_image(scene, options);
+  const SurfaceTables surfaces = surface_tables(device, triangles, scene, frame);
+  const Shading shading =
+      direct_shading(device, engine, surfaces, triangles, scene, frame, options.light_samples);
+  image.radiance =
+      Picture(device, engine, triangles, scene, frame, camera, options, surfaces, shading).draw();
   return image;
 }
 
@@ -77,6 +194,15 @@ Image render(Device& device, const Solution& solution, const Camera& camera, con
   const auto triangles = occluder_triangles(solution.scene, solution.frame, planes);
   const auto engine = make_engine("chop", device, triangles);
   return render_through(device, *engine, triangles, solution, camera, options);
+}
+
+Image render_whitted(Device& device, const Scene& scene, const Camera& camera, const ImageOptions& options) {
+  const Frame frame = frame_of(scene);
+  const auto triangles = occluder_triangles(scene, frame, plane_ids(scene));
+  // Nearly all rays go to lights, many from each point: `serial` is then the faster one, as in a solve.
+  constexpr std::size_t small_scene = 2000;
+  const auto engine = make_engine(triangles.size() <= small_scene ? "serial" : "chop", device, triangles);
+  return render_whitted_through(device, *engine, triangles, scene, frame, camera, options);
 }
 
 }  // namespace clrad

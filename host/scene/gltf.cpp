@@ -71,11 +71,19 @@ glm::dmat4 transform_of(const tinygltf::Node& node) {
   return m;
 }
 
-double emissive_strength(const tinygltf::Material& material) {
-  const auto extension = material.extensions.find("KHR_materials_emissive_strength");
-  if (extension == material.extensions.end() || !extension->second.Has("emissiveStrength")) return 1.0;
-  return extension->second.Get("emissiveStrength").GetNumberAsDouble();
+// A number of a material's extension; `otherwise` where it is not there.
+double extension_number(const tinygltf::Material& material, const char* extension, const char* key,
+                        double otherwise) {
+  const auto found = material.extensions.find(extension);
+  if (found == material.extensions.end() || !found->second.Has(key) || !found->second.Get(key).IsNumber())
+    return otherwise;
+  return found->second.Get(key).GetNumberAsDouble();
 }
+
+// Metals and glass rougher than this blur what they show so much that following one ray would mislead.
+constexpr double kSharp = 0.2;
+// What a rough metal reflects diffusely stays below what the solve allows.
+constexpr double kBrightestRoughMetal = 0.99;
 
 class Reader {
  public:
@@ -124,14 +132,37 @@ class Reader {
       material.name = theirs.name.empty() ? fmt::format("material {}", m) : theirs.name;
       const std::string item = fmt::format("material \"{}\"", material.name);
       material.where = {scene_.file, 0, item};
-      const double strength = emissive_strength(theirs);
+      const double strength =
+          extension_number(theirs, "KHR_materials_emissive_strength", "emissiveStrength", 1.0);
+      const double metal = pbr.metallicFactor;
+      const double glass =
+          (1.0 - metal) * extension_number(theirs, "KHR_materials_transmission", "transmissionFactor", 0);
+      const bool sharp = pbr.roughnessFactor <= kSharp;
+      material.ior = extension_number(theirs, "KHR_materials_ior", "ior", material.ior);
+      if (metal > 0 && sharp) material.specular.resize(3);
+      if (glass != 0) material.transmission.resize(3);
       for (std::size_t k = 0; k < 3; ++k) {
         const double base = k < pbr.baseColorFactor.size() ? pbr.baseColorFactor[k] : 1.0;
         const double factor = k < theirs.emissiveFactor.size() ? theirs.emissiveFactor[k] : 0.0;
         const double radiance_nit = factor * strength;
-        material.reflectance.push_back(base * (1.0 - pbr.metallicFactor));
+        double diffuse = base * (1.0 - metal - glass);
+        if (metal > 0 && sharp) material.specular[k] = base * metal;
+        if (metal > 0 && !sharp) diffuse = std::min(diffuse + base * metal, kBrightestRoughMetal);
+        if (glass != 0) material.transmission[k] = base * glass;
+        material.reflectance.push_back(diffuse);
         material.emitted_exitance.push_back(std::numbers::pi * radiance_nit);
         if (radiance_nit != 0) scene_.quantity = Quantity::photometric;
+      }
+      if (metal > 0 && !sharp) {
+        add(Severity::warning, "rough-metal", item,
+            fmt::format("it is a metal of roughness {:.3g}, over {}; what it reflects is taken as diffuse, "
+                        "at most {}",
+                        pbr.roughnessFactor, kSharp, kBrightestRoughMetal));
+      }
+      if (glass > 0 && !sharp) {
+        add(Severity::warning, "rough-glass", item,
+            fmt::format("it transmits with roughness {:.3g}, over {}; it is taken as clear",
+                        pbr.roughnessFactor, kSharp));
       }
       if (pbr.baseColorTexture.index >= 0 || theirs.emissiveTexture.index >= 0 ||
           pbr.metallicRoughnessTexture.index >= 0) {

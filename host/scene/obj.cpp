@@ -30,6 +30,15 @@ Material material_of(const MtlMaterial& m, const std::string& file) {
     material.reflectance.push_back(m.reflectance[k]);
     material.emitted_exitance.push_back(std::numbers::pi * m.radiance[k]);
   }
+  if (m.is_mirror()) material.specular.assign(m.mirrored.begin(), m.mirrored.end());
+  if (m.is_glass()) {
+    material.ior = m.ior;
+    // Exporters write Tf or d or neither; glass of which nothing is said is clear.
+    for (int k = 0; k < 3; ++k)
+      material.transmission.push_back(m.filtered       ? (*m.filtered)[k]
+                                      : m.dissolve < 1 ? 1 - m.dissolve
+                                                       : 1 - m.reflectance[k]);
+  }
   return material;
 }
 
@@ -105,6 +114,9 @@ class MtlReader : public tinyobj::MaterialReader {
         scene_material_[k++] = static_cast<std::uint32_t>(scene_.materials.size());
       }
       scene_.materials.push_back(material_of(m, file));
+      if (m.is_mirror() || m.is_glass()) {
+        for (const Diagnostic& finding : m.specular_findings) scene_.diagnostics.push_back(finding);
+      }
       const bool sound = std::all_of(m.radiance.begin(), m.radiance.end(),
                                      [](double l) { return l >= 0 && std::isfinite(l); });
       if (!sound) scene_.materials.back().where.line = m.radiance_line;
@@ -116,11 +128,11 @@ class MtlReader : public tinyobj::MaterialReader {
       scene_.add(Severity::warning, "texture-ignored", where,
                  fmt::format("the texture of material \"{}\" is ignored; Kd and Ke count", m.name));
     }
-    if (theirs.dissolve < 1) {
+    if (theirs.dissolve < 1 && !m.is_glass()) {
       scene_.add(Severity::warning, "transparency-ignored", where,
                  fmt::format("material \"{}\" is transparent; it is taken as opaque", m.name));
     }
-    if (m.reflectance_line == 0 && m.radiance_line == 0) {
+    if (m.reflectance_line == 0 && m.radiance_line == 0 && !m.is_mirror() && !m.is_glass()) {
       scene_.add(Severity::warning, "no-reflectance", where,
                  fmt::format("material \"{}\" has neither Kd nor Ke; it is black", m.name));
     }

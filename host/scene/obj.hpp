@@ -9,7 +9,9 @@
 namespace clrad {
 
 /// Reads `path` and the MTL files it names (beside it). `Kd` is reflectance, `Ke` radiance [W/(sr m^2)]: E =
-/// pi Ke; a single number stands for all three bands. Throws InputError when the file cannot be read at all;
+/// pi Ke; a single number stands for all three bands. `illum` 3 and 5 are mirrors of `Ks`; 4, 6, 7 and 9 glass
+/// of index `Ni` that passes `Tf`, else 1 - `d` where d < 1, else 1 - Kd, and reflects by Fresnel, not by Ks.
+/// With any other `illum`, Ks is an exporter's highlight and not used. Throws InputError when the file cannot be read at all;
 /// findings about its content are in RawScene::diagnostics with their line, and the elements they concern are
 /// left out:
 ///

@@ -105,6 +105,37 @@ std::optional<std::array<double, 3>> parse_color(const std::vector<std::string_v
   return std::nullopt;
 }
 
+// A keyword with one number. Text after it, such as that of `d -halo`, makes it something else.
+std::optional<double> parse_scalar(const std::vector<std::string_view>& words, const SourceLocation& where,
+                                   RawScene& scene) {
+  const auto value = words.size() == 2 ? parse_number(words[1]) : std::nullopt;
+  if (value && std::isfinite(*value)) return value;
+  scene.add(Severity::error, "number", where, fmt::format("{} takes one decimal number", words[0]));
+  return std::nullopt;
+}
+
+// The lines that say how a material mirrors and transmits; true when this was one.
+bool scan_specular(std::vector<std::string_view> words, std::string_view line, const SourceLocation& where,
+                   MtlMaterial& material) {
+  const std::string_view keyword = words[0];
+  const bool color = keyword == "Ks" || keyword == "Tf";
+  if (!color && keyword != "Ni" && keyword != "d" && keyword != "Tr" && keyword != "illum") return false;
+  words = words_of(line.substr(0, line.find('#')));
+  RawScene found;
+  if (color) {
+    if (const auto values = parse_color(words, where, found))
+      (keyword == "Ks" ? material.mirrored : material.filtered.emplace()) = *values;
+  } else if (const auto value = parse_scalar(words, where, found)) {
+    if (keyword == "illum") material.illumination = int(std::clamp(*value, -1.0, 99.0));
+    if (keyword == "Ni") material.ior = *value;
+    if (keyword == "d") material.dissolve = *value;
+    if (keyword == "Tr") material.dissolve = 1 - *value;
+  }
+  material.specular_findings.insert(material.specular_findings.end(), found.diagnostics.begin(),
+                                    found.diagnostics.end());
+  return true;
+}
+
 }  // namespace
 
 std::string with_plain_lines(std::string text) {
@@ -205,7 +236,11 @@ std::vector<MtlMaterial> scan_mtl(const std::string& file, std::string_view text
         scene.add(Severity::error, "number", where, "newmtl needs a name");
         return;
       }
-      materials.push_back({std::string(words[1]), number});
+      materials.emplace_back();
+      materials.back().name = words[1];
+      materials.back().line = number;
+    } else if (!materials.empty() && scan_specular(words, line, where, materials.back())) {
+      return;
     } else if ((words[0] == "Kd" || words[0] == "Ke") && materials.empty()) {
       scene.add(Severity::error, "number", where, fmt::format("{} stands before the first newmtl", words[0]));
     } else if (words[0] == "Kd") {

@@ -54,7 +54,7 @@ struct ObjLines {
 /// Scans an OBJ file's text; what cannot be used is reported in `scene.diagnostics` and blanked out.
 ObjLines scan_obj(std::string text, RawScene& scene);
 
-/// A material of an MTL file, before units: what `Kd` and `Ke` say, and where.
+/// A material of an MTL file, before units: what its lines say, and where.
 struct MtlMaterial {
   std::string name;
   std::uint32_t line;  ///< of its `newmtl`
@@ -62,6 +62,17 @@ struct MtlMaterial {
   std::array<double, 3> radiance{0, 0, 0};
   std::uint32_t reflectance_line = 0;  ///< 0: the file does not say
   std::uint32_t radiance_line = 0;
+  int illumination = 2;                           ///< `illum`
+  std::array<double, 3> mirrored{0, 0, 0};        ///< `Ks`
+  std::optional<std::array<double, 3>> filtered;  ///< `Tf`
+  double dissolve = 1;                            ///< `d`, or 1 - `Tr`
+  double ior = 1.5;                               ///< `Ni`
+  std::vector<Diagnostic> specular_findings;  ///< about these five; they matter for mirrors and glass only
+
+  bool is_mirror() const { return illumination == 3 || illumination == 5; }
+  bool is_glass() const {
+    return illumination == 4 || illumination == 6 || illumination == 7 || illumination == 9;
+  }
 };
 
 /// Scans an MTL file's text, in file order.

@@ -20,6 +20,10 @@ glm::dvec3 twice_area_vector(const Polygon& polygon) {
   return polygon.corners == 4 ? glm::cross(c[2] - c[0], c[3] - c[1]) : glm::cross(c[1] - c[0], c[2] - c[0]);
 }
 
+bool any_positive(const std::vector<double>& values) {
+  return std::any_of(values.begin(), values.end(), [](double v) { return v > 0; });
+}
+
 std::string ending_of(const std::string& path) {
   const auto dot = path.find_last_of('.');
   std::string ending = dot == std::string::npos ? "" : path.substr(dot);
@@ -39,6 +43,21 @@ RawScene read(const std::string& path) {
 std::string SourceLocation::text() const {
   if (line > 0) return fmt::format("{}:{}", file, line);
   return item.empty() ? file : fmt::format("{}: {}", file, item);
+}
+
+bool Material::is_glass() const {
+  return any_positive(transmission);
+}
+
+bool Material::is_mirror() const {
+  return any_positive(specular) && !is_glass();
+}
+
+bool has_specular(const Scene& scene) {
+  return std::any_of(scene.polygons.begin(), scene.polygons.end(), [&](const Polygon& p) {
+    const Material& m = scene.materials[p.material];
+    return m.is_glass() || m.is_mirror();
+  });
 }
 
 double Polygon::area_m2() const {

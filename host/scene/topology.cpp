@@ -172,6 +172,15 @@ bool is_watertight(const Scene& scene) {
   return !scene.polygons.empty();
 }
 
+std::vector<std::uint32_t> closed_surfaces(const Scene& scene) {
+  std::vector<std::uint32_t> first(scene.polygons.size(), 0xffffffffu);
+  for (const Surface& surface : surfaces_of(scene)) {
+    if (!surface.closed || surface.contradiction || surface.turned_count() > 0) continue;
+    for (const Index p : surface.polygons) first[p] = surface.polygons.front();
+  }
+  return first;
+}
+
 void check_open_edges(const Scene& scene, std::vector<Diagnostic>& findings) {
   constexpr std::size_t kShown = 5;
   std::size_t count = 0;

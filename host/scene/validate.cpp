@@ -8,6 +8,7 @@
 #include <clrad/error.hpp>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <limits>
 #include <optional>
 #include <span>
 #include <tuple>
@@ -46,11 +47,55 @@ void check_materials(const Scene& scene, std::vector<Diagnostic>& findings) {
   }
 }
 
+double share(const std::vector<double>& values, std::size_t band) {
+  return band < values.size() ? values[band] : 0;
+}
+
+// Shares of mirrors and glass, after check_materials: finite, not negative, and with the diffuse one no more
+// than 1.
+void repair_specular(Material& material, std::vector<Diagnostic>& findings) {
+  const auto add = [&](Severity severity, const char* rule, std::string message) {
+    findings.push_back({severity, rule, material.where,
+                        fmt::format("material \"{}\" {}", material.name, std::move(message))});
+  };
+  const auto bad = [](double v) { return !(v >= 0 && std::isfinite(v)); };
+  for (const auto* values : {&material.specular, &material.transmission}) {
+    const auto found = std::find_if(values->begin(), values->end(), bad);
+    if (found == values->end()) continue;
+    return add(Severity::error, "specular",
+               fmt::format("{} {} of {} light; a share is a number from 0 to 1",
+                           values == &material.specular ? "mirrors" : "transmits", *found,
+                           kBand[std::size_t(found - values->begin())]));
+  }
+  bool scaled = false;
+  for (std::size_t b = 0; b < material.reflectance.size(); ++b) {
+    const double sum = share(material.specular, b) + share(material.transmission, b);
+    const double room = 1 - material.reflectance[b];
+    // Shares that sum to 1 in decimals may pass it by an ulp.
+    constexpr double kRounding = 4 * std::numeric_limits<double>::epsilon();
+    if (!(room >= 0) || sum <= room) continue;
+    scaled = scaled || sum > room + kRounding;
+    if (b < material.specular.size()) material.specular[b] *= room / sum;
+    if (b < material.transmission.size()) material.transmission[b] *= room / sum;
+  }
+  if (scaled)
+    add(Severity::repair, "specular-share",
+        "reflects and transmits more light than arrives; the mirrored and transmitted shares are scaled down "
+        "to what the diffuse one leaves");
+  if (material.is_glass() && !(material.ior >= 1 && std::isfinite(material.ior))) {
+    constexpr double kIor = 1.5;
+    add(Severity::repair, "ior",
+        fmt::format("has index of refraction {}, which is not a number from 1 up; {} is used", material.ior,
+                    kIor));
+    material.ior = kIor;
+  }
+}
+
 // One band is enough where no material tells the three apart.
 void choose_bands(Scene& scene) {
-  const auto grey = [](const std::vector<double>& v) { return v[0] == v[1] && v[1] == v[2]; };
+  const auto grey = [](const std::vector<double>& v) { return v.empty() || (v[0] == v[1] && v[1] == v[2]); };
   const bool all_grey = std::all_of(scene.materials.begin(), scene.materials.end(), [&](const Material& m) {
-    return grey(m.reflectance) && grey(m.emitted_exitance);
+    return grey(m.reflectance) && grey(m.emitted_exitance) && grey(m.specular) && grey(m.transmission);
   });
   scene.bands = {"red", "green", "blue"};
   if (!all_grey) return;
@@ -58,6 +103,8 @@ void choose_bands(Scene& scene) {
   for (Material& material : scene.materials) {
     material.reflectance.resize(1);
     material.emitted_exitance.resize(1);
+    if (!material.specular.empty()) material.specular.resize(1);
+    if (!material.transmission.empty()) material.transmission.resize(1);
   }
 }
 
@@ -209,6 +256,7 @@ Scene validate(RawScene raw, double unit_m) {
   scene.cameras = std::move(raw.cameras);
   scene.diagnostics = std::move(raw.diagnostics);
   check_materials(scene, scene.diagnostics);
+  for (Material& material : scene.materials) repair_specular(material, scene.diagnostics);
   choose_bands(scene);
   for (Camera& camera : scene.cameras) {
     camera.eye *= unit_m;

@@ -5,6 +5,9 @@
 /// unit                  error     (UsageError) the unit is not a finite positive length
 /// reflectance           error     a band of a reflectance is outside [0, 1), or not a number
 /// emission              error     a band of an emission is negative, or not a finite number
+/// specular              error     a mirrored or transmitted share is negative, or not a finite number
+/// specular-share        repair    with the diffuse share they pass 1 in a band: both are scaled to what that leaves
+/// ior                   repair    an index of refraction below 1, or not a number: 1.5 is used
 /// too-few-corners       error     a face has fewer than three corners
 /// coordinate            error     a coordinate is not finite, or beyond 1e100 m
 /// self-intersecting     error     the sides of a face cross (a bow tie)

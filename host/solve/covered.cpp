@@ -47,8 +47,11 @@ std::vector<glm::dvec3> outline(const Mesh& mesh, const PolygonMesh& polygon, st
 
 }  // namespace
 
-std::vector<std::uint32_t> overlaid_vertices(const Scene& scene, const Mesh& mesh) {
-  std::vector<std::uint32_t> overlaid(mesh.vertex_count(), 0);
+std::vector<std::uint32_t> overlaid_vertices(const Scene& scene, const Mesh& mesh, std::uint32_t first) {
+  std::vector<std::uint32_t> overlaid(mesh.vertex_count() - first, 0);
+  std::vector<std::vector<std::uint32_t>> vertices_of(scene.polygons.size());
+  for (std::uint32_t v = first; v < mesh.vertex_count(); ++v)
+    vertices_of[mesh.receivers[v].surface].push_back(v);
   std::map<std::uint32_t, std::vector<std::uint32_t>> by_plane;
   for (std::uint32_t p = 0; p < scene.polygons.size(); ++p)
     by_plane[mesh.receivers[mesh.polygons[p].first_vertex].plane].push_back(p);
@@ -72,9 +75,8 @@ std::vector<std::uint32_t> overlaid_vertices(const Scene& scene, const Mesh& mes
         if (glm::dot(a.normal, b.normal) < 0) continue;
         // Boxes of neighbours that only touch overlap by rounding at most in each direction but one of zero thickness.
         if (glm::any(glm::lessThan(a.high, b.low)) || glm::any(glm::lessThan(b.high, a.low))) continue;
-        const PolygonMesh& lattice = mesh.polygons[members[below]];
-        for (std::uint32_t v = lattice.first_vertex; v < lattice.first_vertex + lattice.vertices; ++v)
-          if (contains(b.corner, b.normal, mesh.receivers[v].position)) overlaid[v] = 1;
+        for (const std::uint32_t v : vertices_of[members[below]])
+          if (contains(b.corner, b.normal, mesh.receivers[v].position)) overlaid[v - first] = 1;
       }
   }
   return overlaid;
@@ -83,14 +85,15 @@ std::vector<std::uint32_t> overlaid_vertices(const Scene& scene, const Mesh& mes
 std::vector<std::uint8_t> covered_vertices(Device& device, const Scene& scene, const Mesh& mesh,
                                            const std::vector<OccluderTriangle>& triangles,
                                            VisibilityEngine& engine,
-                                           const std::vector<std::uint32_t>& overlaid) {
+                                           const std::vector<std::uint32_t>& overlaid, std::uint32_t from) {
   const auto stage = device.stage("find vertices that something covers");
-  const std::uint32_t vertices = mesh.vertex_count();
+  const std::uint32_t vertices = mesh.vertex_count() - from;
+  if (vertices == 0) return {};
   std::vector<float> normals;
   for (const auto& t : triangles)
     for (int k = 0; k < 3; ++k) normals.push_back(float(scene.polygons[t.polygon].normal()[k]));
 
-  const PointArray receivers(device, mesh.receivers, "receivers");
+  const PointArray receivers(device, std::span(mesh.receivers).subspan(from), "receivers");
   const Array<float> direction(device, probe_directions(), "probe directions");
   const Array<float> normal(device, normals, "triangle normals");
   Array<std::uint32_t> covered(device, vertices, "covered vertices");

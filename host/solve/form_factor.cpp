@@ -148,9 +148,10 @@ std::vector<Point> stratified_samples(const Shooter& shooter, std::uint32_t n, s
   return points;
 }
 
-void facing(Device& device, const Shooter& shooter, const PointArray& receivers, std::uint32_t count,
-            Array<std::uint32_t>& flags) {
-  device.run(file, "facing", count, on_device(device, shooter), shooter.plane, receivers, flags, count);
+void facing(Device& device, const Shooter& shooter, const PointArray& receivers, std::uint32_t first,
+            std::uint32_t count, Array<std::uint32_t>& flags) {
+  device.run(file, "facing", count, on_device(device, shooter), shooter.plane, receivers, flags, first,
+             count);
 }
 
 void form_factors(Device& device, Estimator estimator, const Shooter& shooter, const PointArray& receivers,

@@ -32,10 +32,10 @@ std::array<double, shooter_record_size> shooter_record(const Shooter& shooter);
 /// each other (Morton order). They carry the shooter's normal and plane.
 std::vector<Point> stratified_samples(const Shooter& shooter, std::uint32_t n, std::uint64_t seed);
 
-/// flags[i] = 1 where receiver i < count is in front of the shooter's plane, not in the same plane, and at
+/// flags[i] = 1 where receiver first + i, i < count, is in front of the shooter's plane, not in the same plane, and at
 /// least one corner of the shooter is above i's horizon; else 0.
-void facing(Device& device, const Shooter& shooter, const PointArray& receivers, std::uint32_t count,
-            Array<std::uint32_t>& flags);
+void facing(Device& device, const Shooter& shooter, const PointArray& receivers, std::uint32_t first,
+            std::uint32_t count, Array<std::uint32_t>& flags);
 
 /// Form factor of every chosen receiver to the shooter, as if nothing stood between: factors[i] for receiver
 /// active[i] (or i when active is null), i < count. `disk` and `subdisk` sum over the n samples; `exact` does

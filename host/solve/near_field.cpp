@@ -1,32 +1,99 @@
 #include "solve/near_field.hpp"
 
 #include <algorithm>
-#include <cmath>
+#include <array>
+#include <glm/vec2.hpp>
 
+#include "mesh/lattice.hpp"
 #include "solve/nodes.hpp"
 
 namespace clrad {
 namespace {
 
 constexpr std::uint32_t most_bands = 16;  // CLRAD_MOST_BANDS of near_field.cl
-constexpr double reach_in_elements = 2;
-// Work is receivers along a patch's border x its elements: with very large patches that would outgrow the solve.
-constexpr std::uint32_t most_elements = 256;
+// What a patch's average hides shows as far as a share of the patch (the outer half of this fades out). Cells of this many levels below a patch show what is
+// needed of it from there, however fine its elements are: work is receivers along a patch's border x its cells.
+constexpr double reach_in_patches = 0.5;
+constexpr std::uint32_t cell_level = 3;
 
-// Radiosity of elements; negative where all corners are covered.
-std::vector<double> element_radiosity(const Nodes& nodes, const Solution& solution) {
-  const std::size_t patches = solution.mesh.patches.size(), elements = solution.mesh.elements.size();
-  const std::size_t count = patches + elements;
-  std::vector<double> radiosity(elements * solution.bands);
-  for (std::size_t e = 0; e < elements; ++e) {
-    const Element& element = solution.mesh.elements[e];
-    const bool seen = std::any_of(element.vertex.begin(), element.vertex.end(), [&](std::uint32_t v) {
-      return v != 0xffffffffu && !solution.vertex_covered[v];
-    });
-    for (std::uint32_t b = 0; b < solution.bands; ++b)
-      radiosity[b * elements + e] = seen ? nodes.radiosity[b * count + patches + e] : -1;
+// Pieces of patches: elements, or runs of elements that have one ancestor `cell_level` levels below their patch.
+struct Cells {
+  std::vector<double> shooters;   // shooter_record() of each
+  std::vector<double> radiosity;  // [band][cell], of the exposed part; negative where everything is covered
+  std::vector<std::uint32_t> first;  // of each patch, and the end
+  std::uint32_t count() const { return first.back(); }
+};
+
+std::uint32_t ancestor(std::uint32_t code) {
+  return code >> 2 * (lattice_depth - cell_level);
+}
+
+// Lattice coordinates of the corners of the ancestor of `e` at cell_level.
+std::array<glm::dvec2, 4> cell_corners(const Mesh& mesh, const Element& e, std::uint32_t corners) {
+  std::array<glm::dvec2, 4> c{};
+  for (std::uint32_t k = 0; k < corners; ++k)
+    c[k] = {mesh.lattice[e.vertex[k]][0], mesh.lattice[e.vertex[k]][1]};
+  for (std::uint32_t level = e.level; level > cell_level; --level) {
+    const std::uint32_t child = e.code >> 2 * (lattice_depth - level) & 3;
+    const auto at = c;
+    // A child keeps its parent's corner in its place and is half as large; a triangle's middle one is turned.
+    for (std::uint32_t k = 0; k < corners; ++k)
+      c[k] = corners == 3 && child == 3 ? at[(k + 1) % 3] + at[(k + 2) % 3] - at[k]
+                                        : at[child] + 2.0 * (at[k] - at[child]);
   }
-  return radiosity;
+  return c;
+}
+
+void add_shooter(Cells& cells, const Solution& solution, const Element& first, double area_m2) {
+  const Mesh& mesh = solution.mesh;
+  const std::uint32_t p = mesh.patches[first.patch].polygon;
+  const Polygon& polygon = solution.scene.polygons[p];
+  const LatticeMap map(polygon, solution.frame, mesh.polygons[p].patches_u, mesh.polygons[p].patches_v);
+  const auto corner = cell_corners(mesh, first, polygon.corners);
+  Shooter shooter;
+  shooter.corners = polygon.corners;
+  for (std::uint32_t k = 0; k < polygon.corners; ++k)
+    shooter.corner[k] = map.position(corner[k].x, corner[k].y);
+  shooter.normal = polygon.normal();
+  const double unit = solution.frame.metres();
+  shooter.area = area_m2 / (unit * unit);
+  shooter.plane = mesh.receivers[mesh.polygons[p].first_vertex].plane;
+  const auto record = shooter_record(shooter);
+  cells.shooters.insert(cells.shooters.end(), record.begin(), record.end());
+}
+
+Cells make_cells(const Solution& solution, const Nodes& nodes) {
+  const Mesh& mesh = solution.mesh;
+  const std::size_t patches = mesh.patches.size(), count = patches + mesh.elements.size();
+  Cells cells;
+  std::vector<std::vector<double>> radiosity(solution.bands);
+  for (const Patch& patch : mesh.patches) {
+    cells.first.push_back(std::uint32_t(radiosity[0].size()));
+    for (std::uint32_t e = patch.first_element, end; e < patch.first_element + patch.elements; e = end) {
+      double area = 0, seen_area = 0;
+      std::vector<double> power(solution.bands, 0);
+      const std::uint32_t of = ancestor(mesh.elements[e].code);
+      for (end = e; end < patch.first_element + patch.elements && ancestor(mesh.elements[end].code) == of;
+           ++end) {
+        const Element& element = mesh.elements[end];
+        double seen = 0;
+        for (int k = 0; k < 4; ++k)
+          if (element.vertex[k] != 0xffffffffu && !solution.vertex_covered[element.vertex[k]])
+            seen += element.weight[k];
+        area += element.area_m2;
+        seen_area += seen * element.area_m2;
+        for (std::uint32_t b = 0; b < solution.bands; ++b)
+          power[b] += seen * element.area_m2 * nodes.radiosity[b * count + patches + end];
+      }
+      add_shooter(cells, solution, mesh.elements[e], area);
+      for (std::uint32_t b = 0; b < solution.bands; ++b)
+        radiosity[b].push_back(seen_area > 0 ? power[b] / seen_area : -1);
+    }
+  }
+  cells.first.push_back(std::uint32_t(radiosity[0].size()));
+  for (const auto& of_band : radiosity)
+    cells.radiosity.insert(cells.radiosity.end(), of_band.begin(), of_band.end());
+  return cells;
 }
 
 }  // namespace
@@ -36,6 +103,7 @@ void gather_near_field(SolveState& state, const Solution& solution) {
   const auto stage = state.device.stage("gather near patches by their elements");
   const Mesh& mesh = state.mesh;
   const Nodes nodes = make_nodes(solution);
+  const Cells cells = make_cells(solution, nodes);
   const auto patches = state.patches, elements = std::uint32_t(mesh.elements.size());
   std::vector<double> mean(nodes.radiosity.size() / (patches + elements) * patches),
       box(6 * std::size_t(patches));
@@ -50,22 +118,19 @@ void gather_near_field(SolveState& state, const Solution& solution) {
         low = std::min(low, patch.corner[k][a]), high = std::max(high, patch.corner[k][a]);
       box[6 * p + std::size_t(a)] = low, box[6 * p + 3 + std::size_t(a)] = high;
     }
-  const RealArray radiosity_device(state.device, element_radiosity(nodes, solution), "element radiosity");
+  const RealArray radiosity_device(state.device, cells.radiosity, "cell radiosity");
   const RealArray mean_device(state.device, mean, "patch radiosity"),
       box_device(state.device, box, "patch boxes");
-  const RealArray shooters(state.device,
-                           std::span(nodes.shooters).subspan(std::size_t(patches) * shooter_record_size),
-                           "elements");
-  const double reach = reach_in_elements * mesh.element_edge_m / state.metres_per_unit;
+  const RealArray shooters(state.device, cells.shooters, "cells");
+  const double reach = reach_in_patches * mesh.patch_edge_m / state.metres_per_unit;
   for (std::uint32_t slot = 0; slot < state.patch_of_slot.size(); ++slot) {
     if (!state.vertex_columns[slot]) continue;
     const std::uint32_t patch = state.patch_of_slot[slot];
-    if (mesh.patches[patch].elements > most_elements) continue;
     state.device.run("solve/near_field.cl", "near_field", state.vertices, state.receivers,
-                     *state.vertex_columns[slot], shooters, mesh.patches[patch].first_element,
-                     mesh.patches[patch].elements, radiosity_device, elements, mean_device, state.total_shot,
-                     patch, patches, box_device, Real{reach}, state.vertex_irradiance, state.vertices,
-                     state.bands);
+                     *state.vertex_columns[slot], shooters, cells.first[patch],
+                     cells.first[patch + 1] - cells.first[patch], radiosity_device, cells.count(),
+                     mean_device, state.total_shot, patch, patches, box_device, Real{reach},
+                     state.vertex_irradiance, state.vertices, state.bands);
   }
 }
 

@@ -1,168 +1,60 @@
-// The loop: shoot the brightest patch until little is unshot.
-#include <fmt/format.h>
-#include <sys/resource.h>
+// The loop of progressive radiosity: shoot the brightest patch until little is unshot (Cohen et al. 1988; section 1.3 of
+// Drucker & Schroeder).
+#include <algorithm>
 
-#include <chrono>
-#include <cmath>
-
-#include "clrad/frame.hpp"
 #include "clrad/primitives.hpp"
-#include "clrad/solver.hpp"
-#include "mesh/build.hpp"
-#include "scene/planes.hpp"
-#include "solve/covered.hpp"
-#include "solve/invariants.hpp"
-#include "solve/near_field.hpp"
-#include "solve/sensor.hpp"
+#include "solve/run.hpp"
 #include "solve/shoot.hpp"
-#include "visibility/chop.hpp"
 
 namespace clrad {
 namespace {
 
-// Triangles up to which testing all of them beats chopping rays into voxels (`./run bench visibility`).
-constexpr std::size_t small_scene = 2000;
-
-using Clock = std::chrono::steady_clock;
-double since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
-// The patch with the most unshot power, and how much all of them have, in float on the device.
+// The patches with the most unshot power, at most options.shooters of them, and how much all have, in float on the device.
 struct Brightest {
-  std::uint32_t patch;
+  std::vector<std::uint32_t> patches;
   double unshot_relative;
 };
 Brightest select(SolveState& state) {
   const auto stage = state.device.stage("select the patch with the most unshot power");
-  state.device.run("solve/select.cl", "unshot_power", state.patches, state.unshot, state.patch_area,
-                   state.power, state.patches, state.bands);
-  const ArgMax best = argmax_float(state.device, state.power.buffer(), state.patches);
-  const double unshot = reduce_sum_float(state.device, state.power.buffer(), state.patches);
-  return {best.index, state.emitted_power > 0 ? unshot / state.emitted_power : 0};
-}
-
-// Unshot power falls about exponentially, so its logarithm is extrapolated; early on there is nothing to go by.
-double seconds_left(double seconds, double unshot, double goal) {
-  if (unshot <= goal) return 0;
-  if (!(unshot < 0.5) || seconds < 0.5) return -1;
-  return seconds * std::log(unshot / goal) / std::log(1 / unshot);
-}
-
-// Shoots until converged (true) or until the caller says stop (false).
-bool shoot_until_converged(SolveState& state, Clock::time_point start, double& unshot_relative) {
-  for (;;) {
-    const Brightest brightest = select(state);
-    unshot_relative = brightest.unshot_relative;
-    if (state.options.progress) {
-      const double seconds = since(start);
-      const Progress progress{"shoot", state.shoots, unshot_relative, seconds,
-                              seconds_left(seconds, unshot_relative, state.options.converge)};
-      if (!state.options.progress(progress)) return false;
-    }
-    if (unshot_relative < state.options.converge || brightest.patch == 0xffffffffu) return true;
-    if (state.slot_of_patch[brightest.patch] == 0xffffffffu)
-      shoot(state, brightest.patch);
-    else
-      reshoot_kept(state);
+  Brightest result{{}, unshot_relative(state)};
+  if (state.options.shooters == 1) {
+    const ArgMax best = argmax_float(state.device, state.power.buffer(), state.patches);
+    if (best.index != 0xffffffffu) result.patches.push_back(best.index);
+    return result;
   }
-}
-
-std::unique_ptr<VisibilityEngine> engine_for(Device& device, const std::string& name,
-                                             const std::vector<OccluderTriangle>& triangles,
-                                             const SolveOptions& options) {
-  if (name != "chop") return make_engine(name, device, triangles);
-  return make_chop(device, triangles, {.rays_per_batch = options.rays_per_batch, .cells = options.grid});
-}
-
-void check_options(const SolveOptions& o) {
-  if (!(o.converge > 0 && o.converge < 1))
-    throw UsageError(fmt::format("--converge {} is not between 0 and 1", o.converge));
-  if (o.samples == 0 || o.samples > 4096)
-    throw UsageError(fmt::format("--samples {} is not between 1 and 4096", o.samples));
-  if (o.mesh.patch_edge_m < 0 || o.mesh.element_edge_m < 0 || !std::isfinite(o.mesh.patch_edge_m) ||
-      !std::isfinite(o.mesh.element_edge_m))
-    throw UsageError("--patch-edge and --element-edge are lengths in metres and cannot be negative");
-}
-
-std::uint64_t host_peak_bytes() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  return std::uint64_t(usage.ru_maxrss) * 1024;
-}
-
-void write_down_options(const Device& device, const SolveOptions& o, const Mesh& mesh,
-                        const std::string& engine, Report& report) {
-  const char* estimators[] = {"disk", "subdisk", "exact"};
-  report.options = {
-      {"engine", engine},
-      {"form_factor", estimators[int(o.estimator)]},
-      {"samples", fmt::to_string(o.samples)},
-      {"light_samples", fmt::to_string(o.light_samples)},
-      {"converge", fmt::to_string(o.converge)},
-      {"seed", fmt::to_string(o.seed)},
-      {"patch_edge_m", fmt::to_string(mesh.patch_edge_m)},
-      {"element_edge_m", fmt::to_string(mesh.element_edge_m)},
-      {"precision", device.options().precision == Precision::float64 ? "double" : "float"},
-      {"cores", fmt::to_string(device.options().cores)},
-      {"memory_bytes", fmt::to_string(device.options().memory_bytes)},
-      {"work_group_size", fmt::to_string(device.options().work_group_size)},
-      {"packet_width", fmt::to_string(device.options().packet_width)},
-  };
+  Array<std::uint32_t> keys(state.device, state.patches, "patches by power"),
+      order(state.device, state.patches, "patches by power");
+  state.device.run("solve/select.cl", "rank_power", state.patches, state.power, keys, order, state.patches);
+  radix_sort(state.device, keys.buffer(), order.buffer(), state.patches);
+  result.patches = order.download(0, std::min(state.options.shooters, state.patches));
+  return result;
 }
 
 }  // namespace
 
-Solution solve(Device& device, const Scene& scene, const SolveOptions& options) {
-  check_options(options);
-  const auto start = Clock::now();
-  Solution solution;
-  solution.scene = scene;
-  solution.bands = std::uint32_t(scene.bands.size());
-  solution.frame = frame_of(scene);
-  const std::vector<std::uint32_t> planes = plane_ids(scene);
-  solution.mesh = build_mesh(scene, solution.frame, planes, options.mesh);
-  const auto triangles = occluder_triangles(scene, solution.frame, planes);
+double unshot_relative(SolveState& state) {
+  state.device.run("solve/select.cl", "unshot_power", state.patches, state.unshot, state.patch_area,
+                   state.power, state.patches, state.bands);
+  const double unshot = reduce_sum_float(state.device, state.power.buffer(), state.patches);
+  return state.emitted_power > 0 ? unshot / state.emitted_power : 0;
+}
 
-  const std::string engine_name = options.engine != "auto"          ? options.engine
-                                  : triangles.size() <= small_scene ? "serial"
-                                                                    : "chop";
-  const auto engine = engine_for(device, engine_name, triangles, options);
-  const auto overlaid = overlaid_vertices(scene, solution.mesh);
-  solution.vertex_covered = covered_vertices(device, scene, solution.mesh, triangles, *engine, overlaid);
-
-  SolveState state(device, scene, solution.mesh, solution.bands, *engine, options, solution.vertex_covered,
-                   solution.frame.metres());
-  solution.report.seconds.build = since(start);
-  const auto shooting = Clock::now();
-  solution.stopped = !shoot_until_converged(state, shooting, solution.unshot_relative);
-  deliver_pending(state);
-  solution.vertex_irradiance = state.vertex_irradiance.download();
-  solution.patch_irradiance = state.patch_irradiance.download();
-  if (options.near_field) {
-    gather_near_field(state, solution);
-    solution.vertex_irradiance = state.vertex_irradiance.download();
+bool shoot_until_converged(Run& run) {
+  SolveState& state = run.state;
+  for (;;) {
+    Brightest brightest = select(state);
+    if (!run.goes_on(brightest.unshot_relative)) return false;
+    const bool converged = brightest.unshot_relative < state.options.converge || brightest.patches.empty();
+    if (run.refined(converged)) continue;
+    if (converged) return true;
+    const auto kept = [&](std::uint32_t patch) { return state.slot_of_patch[patch] != 0xffffffffu; };
+    if (kept(brightest.patches.front())) {
+      reshoot_kept(state);
+      continue;
+    }
+    std::erase_if(brightest.patches, kept);
+    shoot(state, brightest.patches);
   }
-  solution.sensors = gather_at_sensors(device, solution, planes, *engine, options);
-  solution.report.seconds.solve = since(shooting);
-
-  Report& report = solution.report;
-  report.shoots = state.shoots;
-  report.reshoots = state.reshoots;
-  const VisibilityCounts counts = engine->counts();
-  report.rays = counts.rays, report.pieces = counts.pieces, report.candidates = counts.candidates,
-  report.exact_tests = counts.exact;
-  report.device = device.info();
-  write_down_options(device, options, solution.mesh, engine_name, report);
-  account_energy(state, solution);
-  check_invariants(state, solution);
-  report.error.parts.push_back({"convergence", solution.unshot_relative, false});
-  report.error.total_relative = NAN;  // the other parts are not estimated yet
-  report.stages = device.profile();
-  report.device_peak_bytes = device.ledger()->peak;
-  report.host_peak_bytes = host_peak_bytes();
-  report.seconds.total = since(start);
-  return solution;
 }
 
 }  // namespace clrad

@@ -13,13 +13,16 @@ void grow(ArrayType& array, Device& device, std::uint64_t count, const char* wha
   if (array.size() < count || !array.buffer()()) array = ArrayType(), array = ArrayType(device, count, what);
 }
 
-// Which receivers the shooter's rays go to: state.active, and how many.
-std::uint32_t emit(SolveState& state, const Shooter& shooter) {
+// Which receivers from `first` on the shooter's rays go to: state.active, and how many.
+std::uint32_t emit(SolveState& state, const Shooter& shooter, std::uint32_t first) {
   const auto stage = state.device.stage("emit rays to the receivers that face the shooter");
-  facing(state.device, shooter, state.receivers, state.vertices, state.facing);
-  state.device.run("solve/emit.cl", "drop_covered", state.vertices, state.facing, state.covered,
-                   state.vertices);
-  return compact(state.device, state.facing.buffer(), state.vertices, state.active.buffer());
+  const std::uint32_t count = state.vertices - first;
+  facing(state.device, shooter, state.receivers, first, count, state.facing);
+  state.device.run("solve/emit.cl", "drop_covered", count, state.facing, state.covered, first, count);
+  const std::uint32_t receivers = compact(state.device, state.facing.buffer(), count, state.active.buffer());
+  if (first > 0)
+    state.device.run("solve/emit.cl", "number_active", receivers, state.active, first, receivers);
+  return receivers;
 }
 
 void find_occluded(SolveState& state, const PointArray& samples, std::uint32_t n, std::uint32_t receivers) {
@@ -29,45 +32,50 @@ void find_occluded(SolveState& state, const PointArray& samples, std::uint32_t n
   state.engine.occluded(rays, state.masks);
 }
 
-// state.column = form factor x visible fraction at every receiver; 0 where nothing arrives.
+// column = form factor x visible fraction at every receiver from `first` on; 0 where nothing arrives.
 void weigh(SolveState& state, const Shooter& shooter, const PointArray& samples, std::uint32_t n,
-           std::uint32_t receivers) {
+           std::uint32_t receivers, std::uint32_t first, RealArray& column) {
   const auto stage = state.device.stage("weigh form factors by what is visible");
-  state.column.fill_zero();
+  const std::uint64_t real = column.bytes() / column.size();
+  state.device.fill_bytes(column.buffer(), 0, (state.vertices - first) * real, first * real);
   form_factors(state.device, state.options.estimator, shooter, state.receivers, &state.active, receivers,
                samples, n, state.factors);
   visible_factors(state.device, state.engine, state.options.estimator, shooter, state.receivers,
-                  &state.active, receivers, samples, n, state.masks, state.factors, state.column);
+                  &state.active, receivers, samples, n, state.masks, state.factors, column);
 }
 
-// The column of one patch, from nothing, into state.column.
-void trace_column(SolveState& state, std::uint32_t patch) {
+// The column of one patch at the receivers from `first` on, from nothing. Returns the rays it took.
+std::uint64_t trace_column(SolveState& state, std::uint32_t patch, std::uint32_t first, RealArray& column) {
   const Shooter shooter = shooter_of(state.scene, state.mesh, patch, state.metres_per_unit);
   const std::uint32_t n = samples_of(state, patch);
   const PointArray samples(state.device, samples_on(shooter, patch, n, state.options.seed),
                            "samples on the shooter");
-  const std::uint32_t receivers = emit(state, shooter);
+  const std::uint32_t receivers = emit(state, shooter, first);
+  const std::uint64_t before = state.engine.counts().rays;
   find_occluded(state, samples, n, receivers);
-  weigh(state, shooter, samples, n, receivers);
+  const std::uint64_t rays = state.engine.counts().rays - before;
+  weigh(state, shooter, samples, n, receivers, first, column);
+  return rays;
 }
 
 void deliver_to_vertices(SolveState& state, const RealArray& column, const RealArray& shot,
-                         std::uint32_t stride, std::uint32_t at) {
+                         std::uint32_t stride, std::uint32_t at, std::uint32_t first = 0) {
   const auto stage = state.device.stage("deliver light to the vertices");
-  state.device.run(deliver, "deliver_to_vertices", state.vertices, column, shot, stride, at,
-                   state.vertex_irradiance, state.vertex_irradiance_lost, state.vertices, state.bands);
+  state.device.run(deliver, "deliver_to_vertices", state.vertices - first, column, shot, stride, at,
+                   state.vertex_irradiance, state.vertex_irradiance_lost, first, state.vertices, state.bands);
 }
 
-void gather_column(SolveState& state, std::uint32_t slot) {
+void gather_column(SolveState& state, const RealArray& column, std::uint32_t slot) {
   const auto stage = state.device.stage("gather vertices to elements and patches");
-  state.gatherer.gather(state.column, state.patch_columns, std::uint64_t(slot) * state.patches);
+  state.gatherer->gather(column, state.patch_columns, std::uint64_t(slot) * state.patches);
 }
 
-void account(SolveState& state, std::uint32_t slot) {
+void account(SolveState& state, std::uint32_t slot, std::uint32_t stride, std::uint32_t at) {
   const auto stage = state.device.stage("account for what is absorbed and unshot");
   state.device.run(deliver, "deliver_to_patches", state.patches, state.patch_columns,
-                   std::uint64_t(slot) * state.patches, state.shot, state.patch_rho, state.patch_irradiance,
-                   state.patch_irradiance_lost, state.unshot, state.unshot_lost, state.patches, state.bands);
+                   std::uint64_t(slot) * state.patches, state.shot, stride, at, state.patch_rho,
+                   state.patch_irradiance, state.patch_irradiance_lost, state.unshot, state.unshot_lost,
+                   state.patches, state.bands);
 }
 
 void keep_column(SolveState& state) {
@@ -76,18 +84,38 @@ void keep_column(SolveState& state) {
   state.vertex_columns.push_back(std::move(kept));
 }
 
+void take_shots(SolveState& state, std::span<const std::uint32_t> patches) {
+  const auto count = std::uint32_t(patches.size());
+  grow(state.shot, state.device, std::uint64_t(state.bands) * count, "shots");
+  const Array<std::uint32_t> chosen(state.device, patches, "chosen patches");
+  state.device.run("solve/select.cl", "take_shot", std::uint64_t(state.bands) * count, state.unshot,
+                   state.unshot_lost, state.total_shot, state.shot, chosen, count, state.patches,
+                   state.bands);
+}
+
 }  // namespace
 
-void shoot(SolveState& state, std::uint32_t patch) {
-  trace_column(state, patch);
-  const std::uint32_t slot = state.add_slot(patch);
-  state.device.run("solve/select.cl", "take_shot", state.bands, state.unshot, state.unshot_lost,
-                   state.total_shot, state.shot, patch, state.patches, state.bands);
-  deliver_to_vertices(state, state.column, state.shot, 1, 0);
-  gather_column(state, slot);
-  account(state, slot);
+void shoot(SolveState& state, std::span<const std::uint32_t> patches) {
+  const auto stride = std::uint32_t(patches.size());
+  take_shots(state, patches);
+  for (std::uint32_t k = 0; k < stride; ++k) {
+    trace_column(state, patches[k], 0, state.column);
+    const std::uint32_t slot = state.add_slot(patches[k]);
+    deliver_to_vertices(state, state.column, state.shot, stride, k);
+    gather_column(state, state.column, slot);
+    account(state, slot, stride, k);
+    keep_column(state);
+    ++state.shoots;
+    ++state.shoots_since_refined;
+  }
+}
+
+void trace(SolveState& state, std::uint32_t patch) {
+  trace_column(state, patch, 0, state.column);
+  gather_column(state, state.column, state.add_slot(patch));
   keep_column(state);
   ++state.shoots;
+  ++state.shoots_since_refined;
 }
 
 void reshoot_kept(SolveState& state) {
@@ -112,10 +140,47 @@ void deliver_pending(SolveState& state) {
       any |= pending[std::size_t(b) * state.patches + patch] != 0;
     if (!any) continue;
     const RealArray* column = state.vertex_columns[slot].get();
-    if (!column) trace_column(state, patch), column = &state.column;
+    if (!column) trace_column(state, patch, 0, state.column), column = &state.column;
     deliver_to_vertices(state, *column, state.pending, state.patches, patch);
   }
   state.pending.fill_zero();
+}
+
+std::uint64_t shoot_to_new(SolveState& state, std::uint32_t first) {
+  std::uint64_t rays = 0;
+  for (std::uint32_t slot = 0; slot < state.patch_of_slot.size(); ++slot) {
+    const std::uint32_t patch = state.patch_of_slot[slot];
+    RealArray& column = state.extend_column(slot);
+    rays += trace_column(state, patch, first, column);
+    deliver_to_vertices(state, column, state.total_shot, state.patches, patch, first);
+    gather_column(state, column, slot);
+  }
+  return rays;
+}
+
+void interpolate_to_new(SolveState& state, std::uint32_t first, const Array<std::uint32_t>& parents) {
+  const auto stage = state.device.stage("interpolate new vertices");
+  for (std::uint32_t slot = 0; slot < state.patch_of_slot.size(); ++slot) {
+    RealArray& column = state.extend_column(slot);
+    state.device.run("solve/refine.cl", "interpolate_new", state.vertices - first, column, parents, first,
+                     state.vertices);
+    deliver_to_vertices(state, column, state.total_shot, state.patches, state.patch_of_slot[slot], first);
+    gather_column(state, column, slot);
+  }
+}
+
+void restate(SolveState& state) {
+  const auto stage = state.device.stage("account for what is absorbed and unshot");
+  state.device.run(deliver, "restate", std::uint64_t(state.patches) * state.bands, state.patch_columns,
+                   state.patch_of_slot_device, std::uint32_t(state.patch_of_slot.size()), state.total_shot,
+                   state.patch_emitted, state.patch_rho, state.patch_irradiance, state.patch_irradiance_lost,
+                   state.unshot, state.unshot_lost, state.patches, state.bands);
+}
+
+void gather_row(SolveState& state, std::uint32_t patch) {
+  state.device.run(deliver, "gather_row", state.bands, state.patch_columns, state.patch_of_slot_device,
+                   std::uint32_t(state.patch_of_slot.size()), state.patch_emitted, state.patch_rho,
+                   state.total_shot, state.pending, patch, state.patches, state.bands);
 }
 
 }  // namespace clrad

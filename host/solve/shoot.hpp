@@ -1,18 +1,40 @@
-// One shoot: the unshot radiosity of one patch distributed to all that it sees.
+// One shoot: the unshot radiosity of a patch distributed to all that it sees; and the other ways in which kept columns are
+// used.
 #pragma once
+#include <span>
+
 #include "solve/state.hpp"
 
 namespace clrad {
 
-/// Traces the column of `patch` (form factor x visible fraction at every vertex), keeps it, and shoots the patch's unshot
-/// radiosity through it. Section 1.3 of Drucker & Schroeder.
-void shoot(SolveState& state, std::uint32_t patch);
+/// Takes the unshot radiosity of `patches` (none of them traced before), then traces the column of one after the other
+/// (form factor x visible fraction at every vertex), keeps it, and shoots what was taken through it. Section 1.3 of
+/// Drucker & Schroeder.
+void shoot(SolveState& state, std::span<const std::uint32_t> patches);
+
+/// Traces and keeps the column of `patch`; nothing is shot.
+void trace(SolveState& state, std::uint32_t patch);
 
 /// Shoots the unshot radiosity of every patch whose column is kept through the kept columns, at patch level; vertices get
 /// it in deliver_pending().
 void reshoot_kept(SolveState& state);
 
-/// Delivers to the vertices what reshoot_kept() shot since; columns that were not kept are traced again.
+/// Delivers to the vertices what was shot at patch level since; columns that were not kept are traced again.
 void deliver_pending(SolveState& state);
+
+/// Shoots what every patch has shot so far again, at the vertices from `first` on only ("only the form factors between the
+/// patches that have previously shot and the newly created vertices need to be recalculated", section 1.4), and averages
+/// the columns over the elements as they are now. Nothing may be pending. Returns the rays it took. restate() follows.
+std::uint64_t shoot_to_new(SolveState& state, std::uint32_t first);
+
+/// The same by interpolation: vertex first + i gets the mean of parents[4 i .. 4 i + 3]. Wrong at shadows, and there to
+/// show it.
+void interpolate_to_new(SolveState& state, std::uint32_t first, const Array<std::uint32_t>& parents);
+
+/// Patch irradiance and unshot radiosity anew from the kept columns and all that was ever shot.
+void restate(SolveState& state);
+
+/// One row of Gauss-Seidel: the radiosity of `patch` from that of all others; vertices get it in deliver_pending().
+void gather_row(SolveState& state, std::uint32_t patch);
 
 }  // namespace clrad

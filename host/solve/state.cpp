@@ -7,41 +7,67 @@
 
 namespace clrad {
 
-SolveState::SolveState(Device& device_, const Scene& scene_, const Mesh& mesh_, std::uint32_t bands_,
+SolveState::SolveState(Device& device_, const Scene& scene_, Mesh& mesh_, std::uint32_t bands_,
                        VisibilityEngine& engine_, const SolveOptions& options_,
-                       const std::vector<std::uint8_t>& covered_, double metres_per_unit_)
+                       std::vector<std::uint8_t>& covered_, double metres_per_unit_)
     : device(device_),
       scene(scene_),
       mesh(mesh_),
+      covered_on_host(covered_),
       bands(bands_),
       patches(std::uint32_t(mesh_.patches.size())),
-      vertices(mesh_.vertex_count()),
       engine(engine_),
       options(options_),
       metres_per_unit(metres_per_unit_),
-      receivers(device_, mesh_.receivers, "receivers"),
-      covered(device_, std::vector<std::uint32_t>(covered_.begin(), covered_.end()), "covered vertices"),
-      gatherer(device_, mesh_),
-      exposed(exposed_shares(mesh_, covered_)),
       patch_area(device_, patches, "patch areas"),
       patch_rho(device_, std::uint64_t(bands_) * patches, "patch reflectances"),
+      patch_emitted(device_, std::uint64_t(bands_) * patches, "patch emission"),
       unshot(device_, std::uint64_t(bands_) * patches, "unshot radiosity"),
       unshot_lost(device_, std::uint64_t(bands_) * patches, "unshot radiosity"),
       patch_irradiance(device_, std::uint64_t(bands_) * patches, "patch irradiance"),
       patch_irradiance_lost(device_, std::uint64_t(bands_) * patches, "patch irradiance"),
       total_shot(device_, std::uint64_t(bands_) * patches, "shot radiosity"),
       pending(device_, std::uint64_t(bands_) * patches, "undelivered radiosity"),
-      vertex_irradiance(device_, std::uint64_t(bands_) * vertices, "vertex irradiance"),
-      vertex_irradiance_lost(device_, std::uint64_t(bands_) * vertices, "vertex irradiance"),
-      shot(device_, bands_, "shot"),
       power(device_, patches, "unshot power"),
-      facing(device_, vertices, "facing flags"),
-      active(device_, vertices, "active receivers"),
-      factors(device_, vertices, "form factors"),
-      column(device_, vertices, "a column"),
       slot_of_patch(patches, 0xffffffffu),
-      slot_of_patch_device(device_, slot_of_patch, "column slots") {
+      slot_of_patch_device(device_, slot_of_patch, "column slots"),
+      patch_of_slot_device(device_, patches, "column slots") {
+  take_mesh();
+  device.copy(patch_emitted.buffer(), unshot.buffer(), unshot.bytes());
+  for (RealArray* a : {&unshot_lost, &patch_irradiance, &patch_irradiance_lost, &total_shot, &pending})
+    a->fill_zero();
+  // Half of what is left is for columns; the engine's rays and the outputs need the rest.
+  column_budget_bytes =
+      (device.ledger()->limit - std::min(device.ledger()->limit, device.ledger()->held)) / 2;
+}
+
+void SolveState::take_mesh() {
+  const std::uint32_t before = vertices;
+  vertices = mesh.vertex_count();
+  receivers = PointArray(), receivers = PointArray(device, mesh.receivers, "receivers");
+  covered = Array<std::uint32_t>(
+      device, std::vector<std::uint32_t>(covered_on_host.begin(), covered_on_host.end()), "covered vertices");
+  gatherer = std::make_unique<Gatherer>(device, mesh);
+  for (RealArray* a : {&vertex_irradiance, &vertex_irradiance_lost}) {
+    RealArray grown(device, std::uint64_t(bands) * vertices, "vertex irradiance");
+    grown.fill_zero();
+    const std::uint64_t real = grown.bytes() / grown.size();
+    for (std::uint64_t b = 0; b < bands && before > 0; ++b)
+      device.copy(a->buffer(), grown.buffer(), before * real, b * before * real, b * vertices * real);
+    device.finish();
+    *a = std::move(grown);
+  }
+  facing = Array<std::uint32_t>(device, vertices, "facing flags");
+  active = Array<std::uint32_t>(device, vertices, "active receivers");
+  factors = RealArray(device, vertices, "form factors");
+  column = RealArray(device, vertices, "a column");
+  exposed = exposed_shares(mesh, covered_on_host);
+  upload_patches();
+}
+
+void SolveState::upload_patches() {
   std::vector<double> area, rho(std::size_t(bands) * patches), emitted(std::size_t(bands) * patches);
+  double emitted_now = 0;
   for (std::uint32_t p = 0; p < patches; ++p) {
     const Patch& patch = mesh.patches[p];
     const Material& material = scene.materials[scene.polygons[patch.polygon].material];
@@ -51,18 +77,14 @@ SolveState::SolveState(Device& device_, const Scene& scene_, const Mesh& mesh_, 
     for (std::uint32_t b = 0; b < bands; ++b) {
       rho[std::size_t(b) * patches + p] = share > 0 ? material.reflectance[b] / share : 0;
       emitted[std::size_t(b) * patches + p] = material.emitted_exitance[b];
-      emitted_power += patch.area_m2 * share * material.emitted_exitance[b];
+      emitted_now += patch.area_m2 * share * material.emitted_exitance[b];
     }
   }
+  // Samples of a shooter follow from it: they stay what they are when the mesh grows.
+  if (emitted_power == 0) emitted_power = emitted_now;
   patch_area.upload(area);
   patch_rho.upload(rho);
-  unshot.upload(emitted);
-  for (RealArray* a : {&unshot_lost, &patch_irradiance, &patch_irradiance_lost, &total_shot, &pending,
-                       &vertex_irradiance, &vertex_irradiance_lost})
-    a->fill_zero();
-  // Half of what is left is for columns; the engine's rays and the outputs need the rest.
-  column_budget_bytes_ =
-      (device.ledger()->limit - std::min(device.ledger()->limit, device.ledger()->held)) / 2;
+  patch_emitted.upload(emitted);
 }
 
 std::uint32_t SolveState::add_slot(std::uint32_t patch) {
@@ -79,14 +101,39 @@ std::uint32_t SolveState::add_slot(std::uint32_t patch) {
   patch_of_slot.push_back(patch);
   slot_of_patch[patch] = slot;
   slot_of_patch_device.upload(std::span(&slot, 1), patch);
+  patch_of_slot_device.upload(std::span(&patch, 1), slot);
   return slot;
 }
 
 std::unique_ptr<RealArray> SolveState::vertex_column() {
   const std::uint64_t bytes = column.bytes();
-  if (column_bytes_ + bytes + patch_columns.bytes() > column_budget_bytes_) return nullptr;
-  column_bytes_ += bytes;
+  if (column_bytes + bytes + patch_columns.bytes() > column_budget_bytes) return nullptr;
+  column_bytes += bytes;
   return std::make_unique<RealArray>(device, vertices, "kept columns");
+}
+
+bool SolveState::keeps_all_columns() const {
+  return std::all_of(vertex_columns.begin(), vertex_columns.end(),
+                     [](const auto& c) { return c != nullptr; });
+}
+
+std::uint64_t SolveState::vertices_left() const {
+  const std::uint64_t real = column.bytes() / column.size();
+  // While a column grows, it is there twice; two points, flags and sums besides.
+  const std::uint64_t per_vertex = real * (std::uint64_t(patches) + 1 + 4 * bands + 2) + 256;
+  const std::uint64_t patch_bytes = real * patches * std::uint64_t(patches);
+  const std::uint64_t held = real * vertices * std::uint64_t(patches) + patch_bytes;
+  return held > column_budget_bytes ? 0 : (column_budget_bytes - held) / per_vertex;
+}
+
+RealArray& SolveState::extend_column(std::uint32_t slot) {
+  std::unique_ptr<RealArray>& kept = vertex_columns[slot];
+  auto grown = std::make_unique<RealArray>(device, vertices, "kept columns");
+  device.copy(kept->buffer(), grown->buffer(), kept->bytes());
+  device.finish();
+  column_bytes += grown->bytes() - kept->bytes();
+  kept = std::move(grown);
+  return *kept;
 }
 
 }  // namespace clrad

@@ -17,51 +17,64 @@ namespace clrad {
 /// irradiances in W/m^2.
 class SolveState {
  public:
-  SolveState(Device& device, const Scene& scene, const Mesh& mesh, std::uint32_t bands,
-             VisibilityEngine& engine, const SolveOptions& options, const std::vector<std::uint8_t>& covered,
-             double metres_per_unit);
+  /// `mesh` and `covered` (a byte a vertex) may grow in adaptive subdivision; take_mesh() follows.
+  SolveState(Device& device, const Scene& scene, Mesh& mesh, std::uint32_t bands, VisibilityEngine& engine,
+             const SolveOptions& options, std::vector<std::uint8_t>& covered, double metres_per_unit);
 
   Device& device;
   const Scene& scene;
-  const Mesh& mesh;
-  const std::uint32_t bands, patches, vertices;
+  Mesh& mesh;
+  std::vector<std::uint8_t>& covered_on_host;
+  const std::uint32_t bands, patches;
+  std::uint32_t vertices = 0;
   VisibilityEngine& engine;
   const SolveOptions& options;
   const double metres_per_unit;  ///< length of one frame unit
 
   PointArray receivers;
   Array<std::uint32_t> covered;
-  Gatherer gatherer;
+  std::unique_ptr<Gatherer> gatherer;
 
-  std::vector<double> exposed;      ///< [patch], share of the area that nothing covers
-  RealArray patch_area, patch_rho;  ///< [patch], [band][patch]
-  RealArray unshot, unshot_lost;    ///< [band][patch]
+  std::vector<double> exposed;                     ///< [patch], share of the area that nothing covers
+  RealArray patch_area, patch_rho, patch_emitted;  ///< [patch], [band][patch], [band][patch]
+  RealArray unshot, unshot_lost;                   ///< [band][patch]
   RealArray patch_irradiance, patch_irradiance_lost;
   RealArray total_shot, pending;  ///< ever shot; shot but not yet delivered to the vertices
   RealArray vertex_irradiance, vertex_irradiance_lost;
-  RealArray shot, shot_by_slot;                ///< [band] the shot under way; [band][slot] of a re-shoot
+  RealArray shot, shot_by_slot;                ///< [band][k] the shots under way; [band][slot] of a re-shoot
   Array<float> power;                          ///< [patch], unshot power
   Array<std::uint32_t> facing, active, masks;  ///< scratch of one shoot
   RealArray factors, column;                   ///< [receiver]
-  double emitted_power = 0;                    ///< sum over patches of area x |E| over bands [W]
+  double emitted_power = 0;                    ///< sum over patches of area x |E| over bands at first [W]
 
   // Kept columns. Patch columns are always kept: slot s holds F of its shooter to every patch. Vertex columns are kept
   // while their share of the memory lasts.
   std::vector<std::uint32_t> slot_of_patch;  ///< 0xffffffff: never shot
   std::vector<std::uint32_t> patch_of_slot;
-  Array<std::uint32_t> slot_of_patch_device;
+  Array<std::uint32_t> slot_of_patch_device, patch_of_slot_device;
   RealArray patch_columns;                                 ///< [slot][patch]
   std::vector<std::unique_ptr<RealArray>> vertex_columns;  ///< by slot; null when not kept
   std::uint64_t shoots = 0, reshoots = 0;
+  std::uint32_t shoots_since_refined = 0;
+  std::uint64_t column_budget_bytes = 0, column_bytes = 0;  ///< of kept columns: at most, and now
 
   /// A slot for the column of `patch`, growing the array of columns when it is full.
   std::uint32_t add_slot(std::uint32_t patch);
   /// Room for one more vertex column inside the budget, or null.
   std::unique_ptr<RealArray> vertex_column();
+  /// Vertices that there would still be memory for if every patch were to keep its column.
+  std::uint64_t vertices_left() const;
+  /// True while no vertex column had to be left out.
+  bool keeps_all_columns() const;
+
+  /// After the mesh has grown: arrays of vertices with room for the new ones (irradiance 0 there), the new element array,
+  /// and reflectances by what is exposed now. Kept columns grow by extend_column().
+  void take_mesh();
+  /// The kept column of `slot` with room for the vertices added since; their entries are to be filled in.
+  RealArray& extend_column(std::uint32_t slot);
 
  private:
-  std::uint64_t column_budget_bytes_ = 0;
-  std::uint64_t column_bytes_ = 0;
+  void upload_patches();
 };
 
 }  // namespace clrad

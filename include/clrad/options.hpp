@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "clrad/mesh.hpp"
+#include "clrad/scene.hpp"
 
 namespace clrad {
 
@@ -30,8 +31,35 @@ struct Progress {
   double seconds_left = -1;    ///< estimate; negative: not known yet
 };
 
+/// How the patches' radiosities are found. All three give the same answer to `converge`.
+enum class Solver {
+  progressive,  ///< shoots the patch with the most unshot power (Cohen et al. 1988)
+  gathering,  ///< traces every column, then gathers at all patches at once (Jacobi's iteration: a bounce a sweep)
+  gauss_seidel,  ///< traces every column, then gathers at one patch after the other
+};
+
+/// Adaptive subdivision (section 1.4 of Drucker & Schroeder): elements across which radiosity differs are split.
+struct AdaptiveOptions {
+  /// Split where radiosity differs across an element by more than this x the scene's mean reflected radiosity, and the
+  /// level above did not interpolate it that well either; 0: never.
+  double tolerance = 0;
+  std::uint32_t max_level = 3;  ///< splits of an element of the first mesh
+  double min_area_m2 = 0;       ///< no element gets smaller than this
+  double min_projected_area_px =
+      0;  ///< nor than this in the picture of `camera`; out of sight counts 0 [pixels]
+  Camera camera;
+  unsigned width = 0, height = 0;  ///< of that picture
+  std::uint32_t every = 32;        ///< shoots between refinements; at convergence it is refined in any case
+  /// The paper's alternative: new vertices get the mean of their neighbours instead of being shot to. Wrong where a new
+  /// vertex lies in a shadow that its neighbours do not.
+  bool interpolate_new = false;
+};
+
 struct SolveOptions {
   MeshOptions mesh;
+  AdaptiveOptions adaptive;
+  Solver solver = Solver::progressive;
+  std::uint32_t shooters = 1;  ///< of the progressive solver: the k brightest patches are chosen at a time
   std::string engine =
       "auto";  ///< serial, chop, or auto: serial up to 2000 triangles, where it is the faster of the two
   std::array<std::uint32_t, 3> grid{};  ///< voxels of `chop` along x, y, z; 0: by its cost model
@@ -46,6 +74,9 @@ struct SolveOptions {
   std::uint32_t sensor_rays = 8192;  ///< rays from a sensor, shared out by what each surface brings
   bool near_field = true;            ///< vertices next to a patch see its elements, not its average
   bool strict = false;               ///< a violated invariant is an error, not a warning
+  std::string checkpoint;            ///< file to keep the state of a running solve in; empty: none
+  double checkpoint_every_s = 30;    ///< least time between two; also not more than 5 % of the solve's time
+  std::string resume;                ///< checkpoint to go on from; empty: from nothing
   /// Called after every shoot; returning false stops the solve with a valid partial result.
   std::function<bool(const Progress&)> progress;
 };

@@ -19,14 +19,27 @@ struct Image {
 struct ImageOptions {
   unsigned width = 640, height = 640;
   unsigned samples_per_pixel = 16;  ///< stratified, averaged in linear light
+  unsigned depth = 8;               ///< mirrors and sides of glass that a ray is followed by; at most 64
+  bool whitted = false;             ///< direct light only, found anew at every point; see render_whitted()
+  unsigned light_samples = 64;      ///< of that, rays from a point to each light
   double exposure_stops = 0;        ///< added to the automatic exposure
+  bool ambient = false;             ///< add the estimate of the light not yet shot (Solution::ambient)
   bool automatic_exposure =
       true;  ///< a fixed rule on the image's luminance percentiles; false: radiance 1 is white
 };
 
-/// A picture through the intersection kernels, radiosity interpolated bilinearly (Gouraud; section 1.5).
+/// A picture through the intersection kernels, radiosity interpolated bilinearly (Gouraud; section 1.5). Rays that
+/// meet mirrors and glass are followed until they end on a diffuse surface, `depth` surfaces have been passed, or
+/// what is left is below 1/4096 of the ray in every band; a scene without such polygons pays nothing for it.
 Image render(Device& device, const Solution& solution, const Camera& camera,
              const ImageOptions& options = {});
+
+/// The ray tracer that section 1.5 compares with: the same pass, but a diffuse point shows its own emission and what
+/// it reflects of the light that comes straight from emitting polygons: exact form factor of each (clipped at the
+/// point's horizon) times the share of `light_samples` rays to it that are free. Nothing is solved. Throws as
+/// render().
+Image render_whitted(Device& device, const Scene& scene, const Camera& camera,
+                     const ImageOptions& options = {});
 
 /// A camera that shows the scene when it has none of its own; +y is up. From outside through an open side
 /// (one on which polygons that turn their backs cover less than half): of -z, +z, -x, +x as viewing direction
@@ -47,6 +60,19 @@ void write_image(const std::string& path, const Image& image, const ImageOptions
 /// triangles per material, unlit. Positions are relative to the frame's centre, which is the node's
 /// translation.
 void write_gltf(const std::string& path, const Solution& solution);
+
+/// VTK XML unstructured grid (.vtu; binary, appended), as ParaView and VTK read it: points in metres, a cell per element,
+/// as a polygon where a finer neighbour's vertex lies on its edge, so that there is no crack. Point data: radiosity and
+/// irradiance as solved [W/m^2 or lm/m^2] and covered; luminance, the active scalar, and display_colour (sRGB) as a
+/// picture shows them [cd/m^2 or W/(sr m^2)]. Cell data: polygon, patch, material, level, area_m2 and mean_radiosity.
+/// Field data: quantity, units and bands.
+void write_vtu(const std::string& path, const Solution& solution);
+
+/// The whole solution as a file that load_solution() reads back to the bit; the ending is .clrad.
+void write_solution(const std::string& path, const Solution& solution);
+/// Throws InputError "path: ..." with the reason: not a file of clrad's, another kind, another version of the format, cut
+/// short, damaged.
+Solution load_solution(const std::string& path);
 
 /// The JSON report (schema in the README).
 std::string report_json(const Solution& solution);

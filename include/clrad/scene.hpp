@@ -18,12 +18,22 @@ struct SourceLocation {
   std::string text() const;
 };
 
-/// What a diffuse surface does with light, per band. Sizes: bands of the scene.
+/// What a surface does with light, per band. Sizes: bands of the scene; `specular` and `transmission` may be
+/// empty where there is none. Only the diffuse part takes part in a solve; mirrors and glass are followed when a
+/// picture is drawn. Glass reflects by Fresnel's equations what is neither diffuse nor mirrored, and passes
+/// `transmission` of the rest at each surface: a closed surface all of glass is a solid that refracts (fronts
+/// face the air), any other polygon of glass a thin sheet.
 struct Material {
   std::string name;
   std::vector<double> reflectance;       ///< rho, dimensionless, in [0, 1)
   std::vector<double> emitted_exitance;  ///< E = pi x the file's radiance [W/m^2 or lm/m^2], >= 0
   SourceLocation where;
+  std::vector<double> specular{};      ///< share reflected as by a mirror; rho + specular + transmission <= 1
+  std::vector<double> transmission{};  ///< share that passes; above 0 in a band: glass
+  double ior = 1.5;                    ///< index of refraction of glass, >= 1
+
+  bool is_glass() const;   ///< some band is transmitted
+  bool is_mirror() const;  ///< some band is mirrored, and it is not glass
 };
 
 /// A planar convex polygon of 3 or 4 corners, counter-clockwise seen from its front; it reflects and emits on
@@ -83,6 +93,9 @@ Scene load_scene(const std::string& path, const LoadOptions& options = {});
 /// order. Degenerate, non-planar and duplicate faces, open edges, orientation, reflectance and emission out
 /// of range.
 std::vector<Diagnostic> check_scene(const std::string& path, const LoadOptions& options = {});
+
+/// True when some polygon is a mirror or glass.
+bool has_specular(const Scene& scene);
 
 /// True when the polygons form watertight surfaces that all face inward or outward consistently: every edge
 /// is shared by exactly two polygons, in opposite directions. T-junctions make it false.

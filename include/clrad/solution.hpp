@@ -60,6 +60,15 @@ struct Report {
     double total_relative = 0;
     std::vector<ErrorPart> parts;
   } error;
+  /// Adaptive subdivision; all 0 without it.
+  struct {
+    std::uint32_t refinements = 0;  ///< how often elements were split
+    std::uint64_t elements_split = 0, vertices_added = 0;
+    std::uint64_t rays = 0;  ///< of re-shooting to added vertices: shot patches x vertices in front x samples
+    /// Elements over the tolerance at the end that were not split, by what stopped them.
+    std::uint64_t stopped_by_max_level = 0, stopped_by_min_area = 0, stopped_by_min_projected_area = 0,
+                  stopped_by_memory = 0;
+  } refinement;
   std::vector<Invariant> invariants;
   std::vector<std::string> warnings;
   std::uint64_t device_peak_bytes = 0, host_peak_bytes = 0;
@@ -76,8 +85,11 @@ struct Solution {
   std::vector<std::uint8_t> vertex_covered;  ///< 1: under or inside another surface
   std::vector<double> patch_irradiance;      ///< [band][patch], area means, covered parts included
   std::vector<SensorResult> sensors;         ///< file order
-  bool stopped = false;                      ///< ended before convergence, by the user or a budget
-  double unshot_relative = 0;                ///< unshot / emitted power at the end
+  /// Irradiance that the unshot light would bring if it were everywhere the same (Cohen et al. 1988, section 3.4), per
+  /// band [W/m^2]. For previews of unfinished solutions: in no other number here.
+  std::vector<double> ambient;
+  bool stopped = false;        ///< ended before convergence, by the user or a budget
+  double unshot_relative = 0;  ///< unshot / emitted power at the end
   Report report;
 
   std::uint32_t vertex_count() const { return mesh.vertex_count(); }
@@ -93,7 +105,8 @@ struct Solution {
 /// Radiosity to draw, [band][vertex]: as vertex_radiosity, but a covered vertex takes the mean of the
 /// uncovered corners of its elements (each as often as it is one), so that no shadow bleeds out from under
 /// what stands there and no light leaks in.
-std::vector<double> display_radiosity(const Solution& solution);
+/// With `ambient`, rho x Solution::ambient is added.
+std::vector<double> display_radiosity(const Solution& solution, bool ambient = false);
 
 /// Area-weighted means of one polygon.
 struct PolygonMean {

@@ -8,6 +8,7 @@
  * columns and, n a power of two, n rows. Not shifted from pixel to pixel: the pictures have no fine pattern that could
  * beat with it, and along the edge of a lamp, a thousand times brighter than its surroundings, one sample more or
  * less is a notch. */
+#include "shared/slab.cl"
 
 /* camera[]: base hi, base lo, forward, right x tan x aspect, up x tan (three each), box low, box high, then
  * the base's distance along `forward` from the eye, and 1 where rays start at the eye itself; see host/render/camera.cpp. */
@@ -17,18 +18,6 @@ REAL radical_inverse(uint k) {
   REAL value = 0;
   for (REAL digit = (REAL)0.5f; k != 0; k >>= 1, digit *= (REAL)0.5f) value += k & 1 ? digit : (REAL)0;
   return value;
-}
-
-/* Narrows [*enter, *leave] to the part of base + s direction inside one slab. */
-void slab(REAL base, REAL direction, REAL low, REAL high, REAL* enter, REAL* leave) {
-  if (direction == (REAL)0) {
-    if (base < low || base > high) *leave = *enter - (REAL)1;
-    return;
-  }
-  const REAL a = (low - base) / direction, b = (high - base) / direction;
-  const REAL near = a < b ? a : b, far = a < b ? b : a;
-  *enter = near > *enter ? near : *enter;
-  *leave = far < *leave ? far : *leave;
 }
 
 __kernel void camera_rays(__global const REAL* camera, uint width, uint height, uint samples, uint first_pixel,
@@ -55,7 +44,7 @@ __kernel void camera_rays(__global const REAL* camera, uint width, uint height, 
     lo[c] = from_eye ? camera[3 + c] : (REAL)0;
   }
   REAL enter = -distance, leave = (REAL)1e30f; /* s = -distance is the eye */
-  for (int c = 0; c < 3; ++c) slab(base[c], direction[c], camera[15 + c], camera[18 + c], &enter, &leave);
+  for (int c = 0; c < 3; ++c) clrad_slab(base[c], direction[c], camera[15 + c], camera[18 + c], &enter, &leave);
   const bool inside = enter < leave;
 
   REAL from[3], to[3];

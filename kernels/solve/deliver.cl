@@ -1,13 +1,13 @@
 /* What a shot adds, by superposition: irradiance H += F x shot radiosity at every vertex, and at every patch
  * H += F shot, unshot += rho F shot, with F the column of the shooter (Cohen et al. 1988, eq. for one shot).
  * Arrays are [band][vertex] and [band][patch]; sums are compensated and in shot order, so they do not depend on how
- * work-items are grouped. */
+ * work-items are grouped. Shots are shot[b * stride + at]. */
 #include "shared/sum.cl"
 
 __kernel void deliver_to_vertices(__global const REAL* column, __global const REAL* shot, uint shot_stride,
                                   uint shot_at, __global REAL* irradiance, __global REAL* irradiance_lost,
-                                  uint vertices, uint bands) {
-  const uint v = get_global_id(0);
+                                  uint first, uint vertices, uint bands) {
+  const uint v = first + get_global_id(0);
   if (v >= vertices) return;
   const REAL f = column[v];
   if (f == 0) return;
@@ -34,8 +34,8 @@ void add_to_patch(__global REAL* irradiance, __global REAL* irradiance_lost, __g
 }
 
 /* One shooter: columns[at + p] is its patch-averaged column. */
-__kernel void deliver_to_patches(__global const REAL* columns, ulong at, __global const REAL* shot,
-                                 __global const REAL* rho, __global REAL* irradiance, __global REAL* irradiance_lost,
+__kernel void deliver_to_patches(__global const REAL* columns, ulong at, __global const REAL* shot, uint shot_stride,
+                                 uint shot_at, __global const REAL* rho, __global REAL* irradiance, __global REAL* irradiance_lost,
                                  __global REAL* unshot, __global REAL* unshot_lost, uint patches, uint bands) {
   const uint p = get_global_id(0);
   if (p >= patches) return;
@@ -43,7 +43,8 @@ __kernel void deliver_to_patches(__global const REAL* columns, ulong at, __globa
   if (f == 0) return;
   for (uint b = 0; b < bands; ++b) {
     const uint i = b * patches + p;
-    add_to_patch(irradiance, irradiance_lost, unshot, unshot_lost, rho[i], i, f * shot[b]);
+    add_to_patch(irradiance, irradiance_lost, unshot, unshot_lost, rho[i], i,
+                 f * shot[b * shot_stride + shot_at]);
   }
 }
 
@@ -58,4 +59,44 @@ __kernel void deliver_kept(__global const REAL* columns, uint stride, __global c
   REAL sum = 0, lost = 0;
   for (uint s = 0; s < slots; ++s) clrad_add(&sum, &lost, columns[(ulong)s * stride + p] * shot_by_slot[b * slots + s]);
   if (sum != 0) add_to_patch(irradiance, irradiance_lost, unshot, unshot_lost, rho[i], i, sum);
+}
+
+/* What arrives at patch p in band b from all that was ever shot: total[b][patch] through the kept columns, in slot order. */
+REAL arrived_at(__global const REAL* columns, uint stride, __global const uint* patch_of_slot, uint slots,
+                __global const REAL* total, uint p) {
+  REAL sum = 0, lost = 0;
+  for (uint s = 0; s < slots; ++s) clrad_add(&sum, &lost, columns[(ulong)s * stride + p] * total[patch_of_slot[s]]);
+  return sum;
+}
+
+/* Irradiance and unshot radiosity of every patch from what they mean: H = sum of F x all that was shot, unshot = E + rho H
+ * less what the patch itself has shot. Used when columns or reflectances have changed under what was shot (adaptive
+ * subdivision): unshot radiosity may then be negative, a correction that is shot like any other. One work-item a
+ * (patch, band). */
+__kernel void restate(__global const REAL* columns, __global const uint* patch_of_slot, uint slots,
+                      __global const REAL* total, __global const REAL* emitted, __global const REAL* rho,
+                      __global REAL* irradiance, __global REAL* irradiance_lost, __global REAL* unshot,
+                      __global REAL* unshot_lost, uint patches, uint bands) {
+  const uint i = get_global_id(0);
+  if (i >= patches * bands) return;
+  const uint b = i / patches, p = i % patches;
+  const REAL h = arrived_at(columns, patches, patch_of_slot, slots, total + b * patches, p);
+  irradiance[i] = h;
+  irradiance_lost[i] = 0;
+  unshot[i] = (emitted[i] - total[i]) + rho[i] * h;
+  unshot_lost[i] = 0;
+}
+
+/* One row of a Gauss-Seidel sweep: patch p gets the radiosity that balances what all others have now. A patch without a
+ * column emits and reflects nothing. One work-item a band. */
+__kernel void gather_row(__global const REAL* columns, __global const uint* patch_of_slot, uint slots,
+                         __global const REAL* emitted, __global const REAL* rho, __global REAL* total,
+                         __global REAL* pending, uint p, uint patches, uint bands) {
+  const uint b = get_global_id(0);
+  if (b >= bands) return;
+  const uint i = b * patches + p;
+  const REAL h = arrived_at(columns, patches, patch_of_slot, slots, total + b * patches, p);
+  const REAL change = (emitted[i] - total[i]) + rho[i] * h;
+  total[i] += change;
+  pending[i] += change;
 }

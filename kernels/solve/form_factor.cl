@@ -10,13 +10,13 @@ clrad_vector from_to(CLRAD_POINT_T p, CLRAD_POINT_T q) {
   return clrad_plus(clrad_minus(position_of(q), position_of(p)), clrad_minus(position_lo_of(q), position_lo_of(p)));
 }
 
-/* flags[i]: in front of the shooter's plane, not in it, and some corner strictly above the horizon. Small heights
+/* flags[i] of receiver first + i: in front of the shooter's plane, not in it, and some corner strictly above the horizon. Small heights
  * are taken in pairs: a plain dot product would drop receivers next to the plane. */
 __kernel void facing(__global const REAL* shooter, uint plane, __global const CLRAD_POINT_T* receivers,
-                     __global uint* flags, uint count) {
+                     __global uint* flags, uint first, uint count) {
   const uint i = get_global_id(0);
   if (i >= count) return;
-  const CLRAD_POINT_T p = receivers[i];
+  const CLRAD_POINT_T p = receivers[first + i];
   const clrad_vector x = position_of(p), x_lo = position_lo_of(p);
   __global const REAL* n = shooter + CLRAD_SHOOTER_NORMAL;
   const int front = p.plane != plane && clrad_corner_above(shooter, 0, clrad_make(-n[0], -n[1], -n[2]),

@@ -10,17 +10,25 @@ __kernel void unshot_power(__global const REAL* unshot, __global const REAL* are
   power[p] = (float)(sum * area[p]);
 }
 
-/* Takes the unshot radiosity of one patch: shot[b] gets it, the patch keeps none (a planar patch does not light itself).
- * total[b][patch] sums what was ever shot. */
+/* Takes the unshot radiosity of `count` patches: shot[b][k] gets that of chosen[k], which keeps none (a planar patch does
+ * not light itself). total[b][patch] sums what was ever shot. */
 __kernel void take_shot(__global REAL* unshot, __global REAL* unshot_lost, __global REAL* total, __global REAL* shot,
-                        uint patch, uint patches, uint bands) {
-  const uint b = get_global_id(0);
-  if (b >= bands) return;
-  const uint i = b * patches + patch;
-  shot[b] = unshot[i];
+                        __global const uint* chosen, uint count, uint patches, uint bands) {
+  const uint k = get_global_id(0);
+  if (k >= count * bands) return;
+  const uint b = k / count, i = b * patches + chosen[k % count];
+  shot[k] = unshot[i];
   total[i] += unshot[i];
   unshot[i] = 0;
   unshot_lost[i] = 0;
+}
+
+/* Keys that sort patches by falling power; floats that are not negative sort like their bits. */
+__kernel void rank_power(__global const float* power, __global uint* keys, __global uint* order, uint patches) {
+  const uint p = get_global_id(0);
+  if (p >= patches) return;
+  keys[p] = ~as_uint(power[p]);
+  order[p] = p;
 }
 
 /* The same for every patch whose column is kept (slot != CLRAD_NONE) at once: shot_by_slot[b][slot]. */

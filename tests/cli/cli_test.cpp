@@ -1,67 +1,20 @@
 // The program as a user meets it: exit codes, messages, files.
-#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <signal.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <chrono>
 #include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <thread>
+
+#include "cli/program.hpp"
 
 namespace {
 
 namespace fs = std::filesystem;
 
-class Cli : public testing::Test {
- protected:
-  void SetUp() override {
-    folder_ = fs::temp_directory_path() / ("clrad_cli_" + std::to_string(getpid()));
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
-  struct Outcome {
-    int code;
-    std::string out, error;
-  };
-
-  pid_t start(const std::vector<std::string>& words) {
-    const pid_t child = fork();
-    if (child == 0) {
-      const std::string out = path("stdout"), error = path("stderr");
-      dup2(open(out.c_str(), O_CREAT | O_WRONLY | O_TRUNC, 0600), 1);
-      dup2(open(error.c_str(), O_CREAT | O_WRONLY | O_TRUNC, 0600), 2);
-      std::vector<char*> argv{const_cast<char*>("clrad")};
-      for (const auto& w : words) argv.push_back(const_cast<char*>(w.c_str()));
-      argv.push_back(nullptr);
-      execv(CLRAD_BINARY_DIR "/clrad", argv.data());
-      _exit(127);
-    }
-    return child;
-  }
-  Outcome finish(pid_t child) {
-    int status = 0;
-    waitpid(child, &status, 0);
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, text("stdout"), text("stderr")};
-  }
-  Outcome run(const std::vector<std::string>& words) { return finish(start(words)); }
-
-  std::string path(const std::string& name) const { return (folder_ / name).string(); }
-  std::string text(const std::string& name) const {
-    std::ifstream in(folder_ / name);
-    return {std::istreambuf_iterator<char>(in), {}};
-  }
-  void write(const std::string& name, const std::string& body) const {
-    std::ofstream(folder_ / name) << body;
-  }
-  bool holds(const std::string& name) const { return fs::exists(folder_ / name); }
-
-  fs::path folder_;
-};
+class Cli : public clrad::test::Program {};
 
 const std::string furnace = CLRAD_SCENES "/furnace.obj", cornell = CLRAD_SCENES "/cornell.obj";
 
@@ -71,7 +24,8 @@ TEST_F(Cli, SolveWritesPictureModelAndReport) {
       run({"solve", furnace, "-o", path("out"), "--size", "32x24", "--patch-edge", "0.5", "--element-edge",
            "0.25", "--samples", "1", "--converge", "1e-5", "--sensors", path("points.pts")});
   ASSERT_EQ(r.code, 0) << r.error;
-  for (const char* file : {"out/picture.png", "out/scene.glb", "out/report.json"})
+  for (const char* file :
+       {"out/picture.png", "out/scene.glb", "out/scene.vtu", "out/solution.clrad", "out/report.json"})
     EXPECT_TRUE(holds(file)) << file;
   const auto report = nlohmann::json::parse(text("out/report.json"));
   for (const char* key :

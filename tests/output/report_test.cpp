@@ -50,11 +50,12 @@ using Keys = std::set<std::string>;
 TEST(ReportJson, HasTheKeysOfItsSchema) {
   const json r = json::parse(report_json(reported()));
   EXPECT_EQ(r["schema"], "clrad-report-1");
-  EXPECT_EQ(keys(r),
-            (Keys{"schema",  "program",         "scene",      "device",      "options",  "converged",
-                  "stopped", "unshot_relative", "effects",    "stages",      "shoots",   "reshoots",
-                  "rays",    "pieces",          "candidates", "exact_tests", "seconds",  "energy",
-                  "error",   "invariants",      "memory",     "warnings",    "polygons", "sensors"}));
+  EXPECT_EQ(
+      keys(r),
+      (Keys{"schema",          "program",     "scene",      "device",  "options",  "converged", "stopped",
+            "unshot_relative", "effects",     "stages",     "shoots",  "reshoots", "rays",      "pieces",
+            "candidates",      "exact_tests", "refinement", "seconds", "energy",   "error",     "invariants",
+            "memory",          "warnings",    "polygons",   "sensors"}));
   EXPECT_EQ(keys(r["program"]), (Keys{"version", "commit"}));
   EXPECT_EQ(keys(r["scene"]),
             (Keys{"file", "quantity", "polygons", "patches", "elements", "vertices", "bands"}));

@@ -111,6 +111,8 @@ class PlainEngine : public VisibilityEngine {
     for (std::size_t i = 0; i < nearest.size(); ++i) {
       double best = 2;
       for (std::size_t k = 0; k < triangles_.size(); ++k) {
+        const std::uint32_t plane = triangles_[k].plane;
+        if (plane == origins[i].plane || plane == targets[i].plane) continue;
         const double hit = meets(origins[i].position, targets[i].position, triangles_[k]);
         const double tie = last_ ? 1e-9 : -1e-9;
         if (hit < best + tie) best = hit, nearest[i] = std::uint32_t(k), at[i] = float(hit);

@@ -18,7 +18,8 @@ using Shorts = std::vector<std::uint16_t>;
 
 const Json kLamp = {
     {"name", "lamp"},
-    {"pbrMetallicRoughness", {{"baseColorFactor", {0.8, 0.6, 0.4, 1}}, {"metallicFactor", 0.25}}},
+    {"pbrMetallicRoughness",
+     {{"baseColorFactor", {0.8, 0.6, 0.4, 1}}, {"metallicFactor", 0.25}, {"roughnessFactor", 0.1}}},
     {"emissiveFactor", {1, 0.5, 0.25}},
     {"extensions", {{"KHR_materials_emissive_strength", {{"emissiveStrength", 8}}}}}};
 
@@ -51,6 +52,8 @@ TEST(SceneGltf, SquareIsOneQuadWithItsMaterial) {
   EXPECT_EQ(p.normal(), glm::dvec3(0, 0, 1));
   const Material& m = scene.materials[p.material];
   EXPECT_EQ(m.reflectance, (std::vector{0.8 * 0.75, 0.6 * 0.75, 0.4 * 0.75}));
+  EXPECT_EQ(m.specular, (std::vector{0.8 * 0.25, 0.6 * 0.25, 0.4 * 0.25}));
+  EXPECT_TRUE(m.transmission.empty());
   EXPECT_EQ(m.emitted_exitance,
             (std::vector{8 * std::numbers::pi, 4 * std::numbers::pi, 2 * std::numbers::pi}));
   EXPECT_EQ(scene.quantity, Quantity::photometric);
@@ -192,6 +195,52 @@ TEST(SceneGltf, Warnings) {
   }
   ASSERT_EQ(scene.polygons.size(), 2u);
   EXPECT_EQ(scene.materials[scene.polygons[1].material].reflectance[0], 0.5);
+}
+
+TEST(SceneGltf, RoughMetalsAreDiffuseAndSaySo) {
+  Gltf g = square();
+  Json& pbr = g.json["materials"][0]["pbrMetallicRoughness"];
+  pbr["roughnessFactor"] = 0.5;
+  pbr["baseColorFactor"] = {0.8, 0.6, 1, 1};
+  const Scene scene = load(g);
+  const Material& m = scene.materials[0];
+  EXPECT_DOUBLE_EQ(m.reflectance[0], 0.8);
+  EXPECT_DOUBLE_EQ(m.reflectance[1], 0.6);
+  EXPECT_EQ(m.reflectance[2], 0.99) << "a metal's, so it is not an error that it is 1 in the file";
+  EXPECT_FALSE(m.is_mirror());
+  ASSERT_EQ(rules_of(scene.diagnostics), std::vector<std::string>{"rough-metal"});
+  EXPECT_EQ(scene.diagnostics[0].where.item, "material \"lamp\"");
+}
+
+TEST(SceneGltf, TransmissionIsGlassOfItsIndex) {
+  Gltf g = square();
+  Json& material = g.json["materials"][0];
+  material["pbrMetallicRoughness"]["metallicFactor"] = 0;
+  material["extensions"]["KHR_materials_transmission"] = {{"transmissionFactor", 0.75}};
+  Scene scene = load(g);
+  EXPECT_TRUE(scene.materials[0].is_glass());
+  EXPECT_EQ(scene.materials[0].transmission, (std::vector{0.8 * 0.75, 0.6 * 0.75, 0.4 * 0.75}));
+  EXPECT_EQ(scene.materials[0].reflectance, (std::vector{0.8 * 0.25, 0.6 * 0.25, 0.4 * 0.25}));
+  EXPECT_EQ(scene.materials[0].ior, 1.5);
+  EXPECT_TRUE(scene.diagnostics.empty());
+  material["extensions"]["KHR_materials_ior"] = {{"ior", 1.33}};
+  material["pbrMetallicRoughness"]["roughnessFactor"] = 0.6;
+  scene = load(g);
+  EXPECT_EQ(scene.materials[0].ior, 1.33);
+  EXPECT_EQ(rules_of(scene.diagnostics), std::vector<std::string>{"rough-glass"});
+  material["pbrMetallicRoughness"]["roughnessFactor"] = 0;
+  material["extensions"]["KHR_materials_ior"] = {{"ior", 0}};  // the extension's word for infinite
+  scene = load(g);
+  EXPECT_EQ(scene.materials[0].ior, 1.5);
+  EXPECT_EQ(rules_of(scene.diagnostics), std::vector<std::string>{"ior"});
+  // A metal does not transmit.
+  material["pbrMetallicRoughness"]["metallicFactor"] = 1;
+  scene = load(g);
+  EXPECT_TRUE(scene.materials[0].is_mirror());
+  material["pbrMetallicRoughness"]["metallicFactor"] = 0;
+  material["extensions"]["KHR_materials_transmission"] = {{"transmissionFactor", -0.1}};
+  Folder folder;
+  EXPECT_NE(load_error(folder.write("a.gltf", g.text())).find("transmits -0.08"), std::string::npos);
 }
 
 struct BadGltf {

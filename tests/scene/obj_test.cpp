@@ -223,4 +223,69 @@ TEST(SceneObj, WarningsOfMaterialsAndElements) {
   }
 }
 
+// The one material of an MTL text, as a triangle of it has it.
+Scene with_material(const Folder& folder, const std::string& lines) {
+  folder.write("a.mtl", "newmtl m\n" + lines);
+  return load_scene(folder.write("a.obj", std::string("mtllib a.mtl\nusemtl m\n") + kTriangle));
+}
+
+TEST(SceneObj, IlluminationModelsOfMirrorsAndGlass) {
+  Folder folder;
+  using Bands = std::vector<double>;
+  for (const char* illum : {"illum 3", "illum 5"}) {
+    const Scene scene = with_material(
+        folder, std::string("Kd 0.1 0.1 0.1\nKe 1 1 1\n") + illum + "\nKs 0.8 0.7 0.6 # bright\n");
+    EXPECT_TRUE(scene.materials[0].is_mirror());
+    EXPECT_EQ(scene.materials[0].specular, (Bands{0.8, 0.7, 0.6}));
+    EXPECT_EQ(scene.materials[0].reflectance, (Bands{0.1, 0.1, 0.1}));
+    EXPECT_TRUE(scene.diagnostics.empty());
+  }
+  for (const char* illum : {"illum 4", "illum 6", "illum 7", "illum 9"}) {
+    const Scene scene = with_material(
+        folder, std::string("Ke 1 1 1\nKs 1 1 1\nTf 0.9 0.8 0.7\nd 0.2\nNi 1.33\n") + illum + "\n");
+    EXPECT_TRUE(scene.materials[0].is_glass());
+    EXPECT_EQ(scene.materials[0].transmission, (Bands{0.9, 0.8, 0.7}));
+    EXPECT_EQ(scene.materials[0].ior, 1.33);
+    EXPECT_TRUE(scene.materials[0].specular.empty()) << "glass reflects by Fresnel, not by Ks";
+    EXPECT_TRUE(scene.diagnostics.empty());
+  }
+  // Without Tf: d, or Tr, or all that is not diffuse. Grey materials come out in one band.
+  EXPECT_EQ(with_material(folder, "Ke 1 1 1\nd 0.25\nillum 4\n").materials[0].transmission, Bands{0.75});
+  EXPECT_EQ(with_material(folder, "Ke 1 1 1\nTr 0.75\nillum 4\n").materials[0].transmission, Bands{0.75});
+  EXPECT_EQ(with_material(folder, "Ke 1 1 1\nKd 0.25\nillum 4\n").materials[0].transmission, Bands{0.75});
+  // Any other model: an exporter's highlight.
+  for (const char* illum : {"", "illum 2\n", "illum 8\n"}) {
+    const Scene scene =
+        with_material(folder, std::string("Kd 0.5\nKe 1 1 1\nKs 0.9 0.9 0.9\nNi 1.4\n") + illum);
+    EXPECT_FALSE(has_specular(scene));
+    EXPECT_TRUE(scene.diagnostics.empty());
+  }
+}
+
+TEST(SceneObj, SpecularSharesThatDoNotFitAreRepairedAndSaidSo) {
+  Folder folder;
+  Scene scene = with_material(folder, "Kd 0.6 0.2 0.2\nKe 1 1 1\nKs 0.8 0.8 0.8\nillum 3\n");
+  EXPECT_DOUBLE_EQ(scene.materials[0].specular[0], 0.4);
+  EXPECT_EQ(scene.materials[0].specular[1], 0.8);
+  ASSERT_EQ(rules_of(scene.diagnostics), std::vector<std::string>{"specular-share"});
+  EXPECT_EQ(scene.diagnostics[0].severity, Severity::repair);
+  EXPECT_EQ(scene.diagnostics[0].where.text(), folder.at("a.mtl") + ":2");
+  scene = with_material(folder, "Kd 0 0 0\nKe 1 1 1\nTf 1 1 1\nNi 0.5\nillum 7\n");
+  EXPECT_EQ(scene.materials[0].ior, 1.5);
+  EXPECT_EQ(rules_of(scene.diagnostics), std::vector<std::string>{"ior"});
+
+  const auto error = [&](const std::string& lines) {
+    folder.write("a.mtl", "newmtl m\nKe 1 1 1\n" + lines);
+    return load_error(folder.write("a.obj", std::string("mtllib a.mtl\nusemtl m\n") + kTriangle));
+  };
+  EXPECT_NE(error("Ks -0.5 0 0\nillum 3\n").find("mirrors -0.5 of red light"), std::string::npos);
+  EXPECT_NE(error("Ks nan 0 0\nillum 3\n").find("mirrors nan of red light"), std::string::npos);
+  EXPECT_NE(error("Tf 0 0 -1\nillum 7\n").find("transmits -1 of blue light"), std::string::npos);
+  EXPECT_NE(error("Ks spectral a.rfl\nillum 3\n").find("a.mtl:3: Ks takes one decimal number or three"),
+            std::string::npos);
+  EXPECT_NE(error("Ni high\nillum 7\n").find("a.mtl:3: Ni takes one decimal number"), std::string::npos);
+  EXPECT_NE(error("Ni nan\nillum 7\n").find("a.mtl:3: Ni takes one decimal number"), std::string::npos);
+  EXPECT_EQ(error("Ks spectral a.rfl\nNi high\nd -halo 0.5\n"), "") << "not a mirror: not read";
+}
+
 }  // namespace

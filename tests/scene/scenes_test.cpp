@@ -8,6 +8,7 @@
 
 #include "scene/files.hpp"
 #include "scene/planes.hpp"
+#include "scene/topology.hpp"
 
 namespace {
 
@@ -69,6 +70,25 @@ TEST(SceneFiles, CornellBoxAsGltfIsTheSameRoom) {
   const glm::dvec3 forward = gltf.cameras[0].target - gltf.cameras[0].eye;
   EXPECT_NEAR(glm::distance(forward, glm::dvec3(0, 0, 1)), 0, 1e-15);
   EXPECT_NEAR(gltf.cameras[0].vertical_field_of_view_rad * 180 / std::numbers::pi, 39.3, 0.05);
+}
+
+TEST(SceneFiles, MirrorRoom) {
+  const Scene scene = load_scene(kScenes + "/mirror_room.obj");
+  EXPECT_TRUE(scene.diagnostics.empty());
+  ASSERT_EQ(scene.polygons.size(), 39u);
+  const Material& light = scene.materials[named(scene, "light").material];
+  for (int k = 0; k < 3; ++k) EXPECT_DOUBLE_EQ(light.emitted_exitance[k], (std::array{20.0, 18.0, 15.0}[k]));
+  EXPECT_TRUE(scene.materials[named(scene, "mirror_front").material].is_mirror());
+  EXPECT_TRUE(scene.materials[named(scene, "steel_top").material].is_mirror());
+  const Material& glass = scene.materials[named(scene, "glass_front").material];
+  EXPECT_TRUE(glass.is_glass());
+  EXPECT_EQ(glass.ior, 1.5);
+  // The glass block is a closed surface, so a solid; the room is open.
+  const auto closed = closed_surfaces(scene);
+  for (std::size_t p = 0; p < scene.polygons.size(); ++p) {
+    const bool room = p < 9;
+    EXPECT_EQ(closed[p] == 0xffffffffu, room) << scene.polygons[p].name;
+  }
 }
 
 TEST(SceneFiles, BlockRoom) {

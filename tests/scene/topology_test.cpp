@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "scene/files.hpp"
+#include "scene/topology.hpp"
 
 namespace {
 
@@ -55,6 +56,33 @@ TEST(SceneTopology, OpenCubeHasFourOpenEdges) {
   EXPECT_TRUE(found[0].message.starts_with("4 sides")) << found[0].message;
   EXPECT_NE(found[0].message.find("a.obj:11"), std::string::npos);
   EXPECT_TRUE(load_scene(path).diagnostics.empty()) << "open edges are for check only";
+}
+
+TEST(SceneTopology, ClosedSurfacesAreThoseWithoutOpenOrTurnedSides) {
+  Folder folder;
+  const auto none = std::vector<std::uint32_t>(6, 0xffffffffu);
+  EXPECT_EQ(closed_surfaces(load_scene(write_obj(folder, cube(kInward)))), std::vector<std::uint32_t>(6, 0));
+  auto faces = kInward;
+  faces[3] = "8 7 3 4";
+  EXPECT_EQ(closed_surfaces(load_scene(write_obj(folder, cube(faces)))), none) << "one is turned";
+  faces = kInward;
+  faces.pop_back();
+  EXPECT_EQ(closed_surfaces(load_scene(write_obj(folder, cube(faces)))), std::vector(5, 0xffffffffu))
+      << "open";
+  // A square before two cubes: each cube is named by its first polygon.
+  std::string text = kCubeVertices;
+  for (int k = 0; k < 8; ++k)
+    text += "v " + std::to_string(3 + (k % 4 == 1 || k % 4 == 2)) + " " + std::to_string(k % 4 / 2) + " " +
+            std::to_string(k / 4) + "\n";
+  text += "v 9 0 0\nv 9 1 0\nv 9 1 1\nf -3 -2 -1\n";
+  for (const std::string& f : kInward) text += "f " + f + "\n";
+  for (std::string f : kInward) {
+    std::string moved;
+    for (const char c : f) moved += c == ' ' ? std::string(" ") : std::to_string(c - '0' + 8);
+    text += "f " + moved + "\n";
+  }
+  EXPECT_EQ(closed_surfaces(load_scene(write_obj(folder, text))),
+            (std::vector<std::uint32_t>{0xffffffffu, 1, 1, 1, 1, 1, 1, 7, 7, 7, 7, 7, 7}));
 }
 
 TEST(SceneTopology, EachTurnedFaceIsFound) {

@@ -563,7 +563,7 @@ TEST(Facing, IsDecidedByCornersAndPlanes) {
         {{0, 0, 0.5 + tiny}, {0, 0, 1}, 1, 0}, {{0.75, 0, 0}, {-1, 0, 0}, 1, 0}};
     const PointArray receivers(device, points, "receivers");
     Array<std::uint32_t> flags(device, points.size(), "flags");
-    facing(device, shooter, receivers, std::uint32_t(points.size()), flags);
+    facing(device, shooter, receivers, 0, std::uint32_t(points.size()), flags);
     EXPECT_EQ(flags.download(), (std::vector<std::uint32_t>{1, 0, 0, 0, 0, 1, 1, 0, 0, 1}));
   }
 }

@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <functional>
+
 #include <algorithm>
 #include <cmath>
 #include <set>
@@ -224,9 +226,31 @@ TEST(Progressive, StopLeavesAValidPartialResult) {
 TEST(Progressive, BadOptionsAreUsageErrors) {
   Device device;
   const Scene scene = oracle::box_scene({1, 1, 1}, {0.5}, {1});
-  EXPECT_THROW(solve(device, scene, {.converge = 0}), UsageError);
-  EXPECT_THROW(solve(device, scene, {.samples = 0}), UsageError);
-  EXPECT_THROW(solve(device, scene, {.engine = "magic"}), UsageError);
+  const auto refused = [&](const std::function<void(SolveOptions&)>& spoil) {
+    SolveOptions options;
+    spoil(options);
+    EXPECT_THROW(solve(device, scene, options), UsageError);
+  };
+  refused([](SolveOptions& o) { o.converge = 0; });
+  refused([](SolveOptions& o) { o.samples = 0; });
+  refused([](SolveOptions& o) { o.engine = "magic"; });
+  refused([](SolveOptions& o) { o.shooters = 0; });
+  refused([](SolveOptions& o) { o.adaptive.tolerance = -1; });
+  refused([](SolveOptions& o) { o.adaptive.every = 0; });
+  refused([](SolveOptions& o) { o.adaptive.min_projected_area_px = 1; });
+}
+
+// To the solve, mirrors and glass are opaque surfaces of their diffuse part; the report says what that leaves out.
+TEST(Progressive, MirrorsAndGlassReflectTheirDiffusePartAndTheReportSaysSo) {
+  Scene scene = oracle::box_scene({1, 1, 1}, {0.5}, {1.0});
+  Device device;
+  const Solution plain = solve(device, scene, one_patch_a_face(1, 4));
+  EXPECT_TRUE(plain.report.warnings.empty());
+  for (Material& m : scene.materials) m.specular = {0.3}, m.transmission = {0.1};
+  const Solution glass = solve(device, scene, one_patch_a_face(1, 4));
+  EXPECT_EQ(glass.vertex_irradiance, plain.vertex_irradiance);
+  ASSERT_EQ(glass.report.warnings.size(), 1u);
+  EXPECT_NE(glass.report.warnings[0].find("mirrors or through glass is not solved"), std::string::npos);
 }
 
 }  // namespace

@@ -24,7 +24,8 @@ TEST(Select, TakingAShotEmptiesThePatchAndRemembersIt) {
       lost(device, std::vector<double>{1, 1, 1, 1}, "lost");
   RealArray total(device, std::vector<double>{10, 20, 30, 40}, "total"),
       shot(device, std::vector<double>{0, 0}, "shot");
-  device.run(file, "take_shot", 2, unshot, lost, total, shot, 1u, 2u, 2u);
+  const Array<std::uint32_t> chosen(device, std::vector<std::uint32_t>{1}, "chosen");
+  device.run(file, "take_shot", 2, unshot, lost, total, shot, chosen, 1u, 2u, 2u);
   EXPECT_EQ(shot.download(), (std::vector<double>{2, 4}));
   EXPECT_EQ(unshot.download(), (std::vector<double>{1, 0, 3, 0}));
   EXPECT_EQ(lost.download(), (std::vector<double>{1, 0, 1, 0}));

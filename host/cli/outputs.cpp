@@ -1,0 +1,105 @@
+#include "cli/outputs.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+
+namespace clrad::cli {
+namespace {
+
+// A path whose ending says the format: a wrong one is bad usage at once, not after the work.
+CLI::Option* add_file(CLI::App& verb, const std::string& name, std::string& path,
+                      const std::vector<std::string>& endings, const std::string& help) {
+  const auto check = [endings](const std::string& text) -> std::string {
+    std::string ending = std::filesystem::path(text).extension().string();
+    for (char& c : ending) c = char(std::tolower(static_cast<unsigned char>(c)));
+    if (std::find(endings.begin(), endings.end(), ending) != endings.end()) return {};
+    return fmt::format("the ending of '{}' must be {}", text, fmt::join(endings, " or "));
+  };
+  return verb.add_option(name, path, help)->check(CLI::Validator(check, "FILE"));
+}
+
+}  // namespace
+
+void OutputArguments::add_views_to(CLI::App& verb, const std::string& in_folder) {
+  verb.add_option("-o,--output", folder, "folder for " + in_folder + " (made when missing)");
+  add_file(verb, "--image", image, {".png", ".exr"},
+           "write the picture here: .png (exposed, sRGB) or .exr (linear radiance)");
+  add_file(verb, "--gltf", gltf, {".glb", ".gltf"},
+           "write the model here: .glb or .gltf with vertex colours and radiosity");
+  add_file(verb, "--vtu", vtu, {".vtu"}, "write mesh, radiosity and irradiance here, for ParaView and VTK");
+  verb.add_option("--unit", unit, "length of one unit of the files: mm, cm, m, in, ft or metres")
+      ->capture_default_str();
+
+  const char* group = "Picture";
+  verb.add_option("--camera", camera, "a camera of the scene, or ex,ey,ez,tx,ty,tz[,degrees]")->group(group);
+  verb.add_option("--size", size, "of the picture")->capture_default_str()->group(group);
+  verb.add_option("--exposure", picture.exposure_stops, "stops, added to the automatic exposure")
+      ->group(group);
+  verb.add_option("--depth", picture.depth, "mirrors and sides of glass that a ray is followed by")
+      ->capture_default_str()
+      ->group(group);
+  verb.add_flag("--ambient", picture.ambient,
+                "add what light not yet shot would bring if it were everywhere the same: for previews")
+      ->group(group);
+}
+
+void OutputArguments::add_results_to(CLI::App& verb) {
+  results_ = true;
+  verb.add_option("--json", json, "write the report here");
+  add_file(verb, "--solution", solution, {".clrad"}, "write the solution here, for `clrad render`");
+}
+
+void OutputArguments::parse() {
+  std::tie(picture.width, picture.height) = parse_size(size);
+  unit_m_ = parse_unit(unit);
+}
+
+Camera OutputArguments::chosen_camera(const Scene& scene) const {
+  return choose_camera(camera, scene, unit_m_);
+}
+
+bool OutputArguments::any() const {
+  return !(folder.empty() && image.empty() && gltf.empty() && vtu.empty() && solution.empty() &&
+           json.empty());
+}
+
+std::vector<std::string> OutputArguments::write(const std::function<Device&()>& device, Solution& solved,
+                                                ProgressLine& line) const {
+  namespace fs = std::filesystem;
+  if (!folder.empty()) {
+    std::error_code error;
+    fs::create_directories(folder, error);
+    if (error) throw DeviceError(fmt::format("cannot make the folder {}: {}", folder, error.message()));
+  }
+  std::vector<std::string> written;
+  const auto output = [&](const std::string& given, const char* name, const char* stage,
+                          const std::function<void(const std::string&)>& make) {
+    const std::string path = given.empty() && !folder.empty() ? (fs::path(folder) / name).string() : given;
+    if (path.empty()) return;
+    line.say(stage);
+    make(path);
+    written.push_back(path);
+  };
+  output(image, "picture.png", "draw the picture", [&](const std::string& path) {
+    const auto start = std::chrono::steady_clock::now();
+    Device& drawing = device();
+    write_image(path, render(drawing, solved, chosen_camera(solved.scene), picture), picture);
+    auto& seconds = solved.report.seconds;
+    seconds.render = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    seconds.total += seconds.render;
+    solved.report.stages = drawing.profile();
+  });
+  output(gltf, "scene.glb", "write the glTF", [&](const std::string& path) { write_gltf(path, solved); });
+  output(vtu, "scene.vtu", "write the VTK grid", [&](const std::string& path) { write_vtu(path, solved); });
+  if (!results_) return written;
+  output(solution, "solution.clrad", "write the solution",
+         [&](const std::string& path) { write_solution(path, solved); });
+  output(json, "report.json", "write the report",
+         [&](const std::string& path) { write_report(path, solved); });
+  return written;
+}
+
+}  // namespace clrad::cli

@@ -1,0 +1,23 @@
+// Which element a point of a polygon lies in, and what it is interpolated from.
+#pragma once
+#include <array>
+#include <cstdint>
+
+#include "clrad/mesh.hpp"
+
+namespace clrad {
+
+/// A value at a point: the sum of weight x value over vertices (weights sum to 1; unused entries have weight 0).
+struct Interpolant {
+  std::uint32_t element = 0;
+  std::array<std::uint32_t, 8> vertex{};
+  std::array<double, 8> weight{};
+};
+
+/// At parameters (u, v) of the polygon, as PolygonMesh has them; outside it is clamped. Bilinear or linear in the
+/// element's corners; where an edge has a T-vertex, half of what that differs from the edge's ends is added as a hat along
+/// the edge that falls off to nothing at the other edges, so that both sides of every edge have the same values.
+/// kernels/shared/leaf.cl does the same on the device.
+Interpolant locate(const Mesh& mesh, std::uint32_t polygon, std::uint32_t corners, double u, double v);
+
+}  // namespace clrad

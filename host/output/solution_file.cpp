@@ -1,0 +1,54 @@
+// A finished solution as a file, and back: what pictures, files and the report are made from.
+#include <fmt/format.h>
+
+#include "clrad/output.hpp"
+#include "output/archive_parts.hpp"
+#include "output/fields.hpp"
+
+namespace clrad {
+
+void write_solution(const std::string& path, const Solution& solution) {
+  if (lower_ending(path) != ".clrad")
+    throw UsageError(fmt::format("cannot write {}: the ending of a solution's file is .clrad", path));
+  const auto& [scene, frame, mesh, bands, vertex_irradiance, vertex_covered, patch_irradiance, sensors,
+               ambient, stopped, unshot_relative, report] = solution;
+  ArchiveWriter archive(path, "solution");
+  add_scene(archive, scene);
+  add_mesh(archive, mesh);
+  archive.add("vertex_irradiance", vertex_irradiance);
+  archive.add("vertex_covered", vertex_covered);
+  archive.add("patch_irradiance", patch_irradiance);
+  archive.add("ambient", ambient);
+  archive.add_json("solution", {{"frame", put(frame)},
+                                {"bands", bands},
+                                {"stopped", stopped},
+                                {"unshot_relative", unshot_relative},
+                                {"sensors", put(sensors)},
+                                {"report", put(report)}});
+  archive.finish();
+}
+
+Solution load_solution(const std::string& path) {
+  ArchiveReader archive(path, "solution");
+  Solution s;
+  const nlohmann::json json = archive.json("solution");
+  try {
+    get(json.at("frame"), s.frame), get(json.at("bands"), s.bands), get(json.at("stopped"), s.stopped);
+    get(json.at("unshot_relative"), s.unshot_relative);
+    get(json.at("sensors"), s.sensors), get(json.at("report"), s.report);
+  } catch (const nlohmann::json::exception& e) {
+    archive.fail(fmt::format("section 'solution' cannot be understood: {}", e.what()));
+  }
+  s.scene = read_scene(archive);
+  s.mesh = read_mesh(archive, s.scene);
+  if (s.bands != s.scene.bands.size())
+    archive.fail(fmt::format("its scene has {} bands, not {}", s.scene.bands.size(), s.bands));
+  s.vertex_irradiance = archive.array<double>("vertex_irradiance", std::uint64_t(s.bands) * s.vertex_count());
+  s.vertex_covered = archive.array<std::uint8_t>("vertex_covered", s.vertex_count());
+  s.patch_irradiance =
+      archive.array<double>("patch_irradiance", std::uint64_t(s.bands) * s.mesh.patches.size());
+  s.ambient = archive.array<double>("ambient");
+  return s;
+}
+
+}  // namespace clrad

@@ -1,0 +1,162 @@
+// A solve from scene to solution: mesh, what is covered, one of the solvers, then what is gathered from its result.
+#include <fmt/format.h>
+#include <sys/resource.h>
+
+#include <chrono>
+#include <cmath>
+
+#include "clrad/frame.hpp"
+#include "clrad/solver.hpp"
+#include "mesh/build.hpp"
+#include "scene/planes.hpp"
+#include "solve/checkpoint.hpp"
+#include "solve/covered.hpp"
+#include "solve/invariants.hpp"
+#include "solve/near_field.hpp"
+#include "solve/refine.hpp"
+#include "solve/run.hpp"
+#include "solve/sensor.hpp"
+#include "solve/shoot.hpp"
+#include "visibility/chop.hpp"
+
+namespace clrad {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+double since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+// Triangles up to which testing all of them beats chopping rays into voxels (`./run bench visibility`).
+constexpr std::size_t small_scene = 2000;
+
+std::unique_ptr<VisibilityEngine> engine_for(Device& device, const std::string& name,
+                                             const std::vector<OccluderTriangle>& triangles,
+                                             const SolveOptions& options) {
+  if (name != "chop") return make_engine(name, device, triangles);
+  return make_chop(device, triangles, {.rays_per_batch = options.rays_per_batch, .cells = options.grid});
+}
+
+void check_options(const SolveOptions& o) {
+  if (!(o.converge > 0 && o.converge < 1))
+    throw UsageError(fmt::format("--converge {} is not between 0 and 1", o.converge));
+  if (o.samples == 0 || o.samples > 4096)
+    throw UsageError(fmt::format("--samples {} is not between 1 and 4096", o.samples));
+  if (o.mesh.patch_edge_m < 0 || o.mesh.element_edge_m < 0 || !std::isfinite(o.mesh.patch_edge_m) ||
+      !std::isfinite(o.mesh.element_edge_m))
+    throw UsageError("--patch-edge and --element-edge are lengths in metres and cannot be negative");
+  if (o.shooters == 0) throw UsageError("--shooters 0: at least one patch shoots at a time");
+  const AdaptiveOptions& a = o.adaptive;
+  if (!(a.tolerance >= 0) || !std::isfinite(a.tolerance))
+    throw UsageError(fmt::format("--adaptive {} is not a relative difference of radiosity", a.tolerance));
+  if (!(a.min_area_m2 >= 0) || !(a.min_projected_area_px >= 0) || a.every == 0 || a.max_level > lattice_depth)
+    throw UsageError(fmt::format(
+        "--min-area and --min-projected-area cannot be negative, --refine-every is at least 1 and "
+        "--max-level at most {}",
+        lattice_depth));
+  if (a.min_projected_area_px > 0 && (a.width == 0 || a.height == 0))
+    throw UsageError("--min-projected-area needs a camera and a picture's size");
+}
+
+std::uint64_t host_peak_bytes() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return std::uint64_t(usage.ru_maxrss) * 1024;
+}
+
+void write_down_options(const Device& device, const SolveOptions& o, const Mesh& mesh,
+                        const std::string& engine, Report& report) {
+  const char* estimators[] = {"disk", "subdisk", "exact"};
+  const char* solvers[] = {"progressive", "gathering", "gauss-seidel"};
+  report.options = {
+      {"engine", engine},
+      {"form_factor", estimators[int(o.estimator)]},
+      {"samples", fmt::to_string(o.samples)},
+      {"light_samples", fmt::to_string(o.light_samples)},
+      {"converge", fmt::to_string(o.converge)},
+      {"solver", solvers[int(o.solver)]},
+      {"shooters", fmt::to_string(o.shooters)},
+      {"adaptive", fmt::to_string(o.adaptive.tolerance)},
+      {"seed", fmt::to_string(o.seed)},
+      {"patch_edge_m", fmt::to_string(mesh.patch_edge_m)},
+      {"element_edge_m", fmt::to_string(mesh.element_edge_m)},
+      {"precision", device.options().precision == Precision::float64 ? "double" : "float"},
+      {"cores", fmt::to_string(device.options().cores)},
+      {"memory_bytes", fmt::to_string(device.options().memory_bytes)},
+      {"work_group_size", fmt::to_string(device.options().work_group_size)},
+      {"packet_width", fmt::to_string(device.options().packet_width)},
+  };
+}
+
+}  // namespace
+
+Solution solve(Device& device, const Scene& scene, const SolveOptions& options) {
+  check_options(options);
+  const auto start = Clock::now();
+  Solution solution;
+  solution.scene = scene;
+  solution.bands = std::uint32_t(scene.bands.size());
+  solution.frame = frame_of(scene);
+  const std::vector<std::uint32_t> planes = plane_ids(scene);
+  std::unique_ptr<Checkpoint> resumed;
+  if (!options.resume.empty()) resumed = std::make_unique<Checkpoint>(options.resume, device, scene, options);
+  if (!resumed) solution.mesh = build_mesh(scene, solution.frame, planes, options.mesh);
+  const auto triangles = occluder_triangles(scene, solution.frame, planes);
+
+  const std::string engine_name = options.engine != "auto"          ? options.engine
+                                  : triangles.size() <= small_scene ? "serial"
+                                                                    : "chop";
+  const auto engine = engine_for(device, engine_name, triangles, options);
+  if (resumed)
+    resumed->read_mesh(solution);
+  else
+    solution.vertex_covered = covered_vertices(device, scene, solution.mesh, triangles, *engine,
+                                               overlaid_vertices(scene, solution.mesh));
+
+  SolveState state(device, scene, solution.mesh, solution.bands, *engine, options, solution.vertex_covered,
+                   solution.frame.metres());
+  solution.report.seconds.build = since(start);
+  const auto shooting = Clock::now();
+  Run run{state, solution, triangles, shooting};
+  if (resumed) resumed->read_state(run);
+  resumed.reset();
+  run.next_checkpoint = run.seconds() + options.checkpoint_every_s;
+  const bool converged =
+      options.solver == Solver::progressive ? shoot_until_converged(run) : gather_until_converged(run);
+  solution.stopped = !converged;
+  if (!options.checkpoint.empty()) run.keep_checkpoint();
+  deliver_pending(state);
+  solution.ambient = ambient_irradiance(state);
+  solution.vertex_irradiance = state.vertex_irradiance.download();
+  solution.patch_irradiance = state.patch_irradiance.download();
+  if (options.near_field) {
+    gather_near_field(state, solution);
+    solution.vertex_irradiance = state.vertex_irradiance.download();
+  }
+  solution.sensors = gather_at_sensors(device, solution, planes, *engine, options);
+  solution.report.seconds.solve = since(shooting);
+
+  Report& report = solution.report;
+  report.shoots = state.shoots;
+  report.reshoots = state.reshoots;
+  const VisibilityCounts counts = run.counts();
+  report.rays = counts.rays, report.pieces = counts.pieces, report.candidates = counts.candidates,
+  report.exact_tests = counts.exact;
+  report.device = device.info();
+  write_down_options(device, options, solution.mesh, engine_name, report);
+  account_energy(state, solution);
+  check_invariants(state, solution);
+  if (has_specular(scene))
+    report.warnings.emplace_back(
+        "diffuse light that arrives by way of mirrors or through glass is not solved: to the solve they "
+        "are opaque, and only their diffuse part reflects; pictures follow them");
+  report.error.parts.push_back({"convergence", solution.unshot_relative, false});
+  report.error.total_relative = NAN;  // the other parts are not estimated yet
+  report.stages = device.profile();
+  report.device_peak_bytes = device.ledger()->peak;
+  report.host_peak_bytes = host_peak_bytes();
+  report.seconds.total = since(start);
+  return solution;
+}
+
+}  // namespace clrad

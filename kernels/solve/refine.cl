@@ -1,0 +1,118 @@
+/* Which elements adaptive subdivision splits: "during each iteration of the solution algorithm all elements evaluate in
+ * parallel the radiosity difference across their respective surface" (section 1.4 of Drucker & Schroeder), with lower
+ * limits on the element's area and on its projected area from a viewpoint (Heckbert 1990).
+ *
+ * mark_elements    one work-item an element: difference[e] = the largest difference of radiosity between its corners, over
+ *                  bands, in units of what is tolerated; 0 where it is at most 1, and where the level above already
+ *                  interpolated the element's own vertices that well: an even gradient needs no finer elements. A covered corner reflects nothing, so the
+ *                  outline of what stands on a surface is found like a shadow's. verdict[e]: CLRAD_KEEP, CLRAD_SPLIT, or
+ *                  what forbids the split.
+ * interpolate_new  one work-item a new vertex: the mean of its parents (the alternative that the paper warns of)
+ *
+ * camera: eye, forward, right / (tan half width), up / (tan half height) in the frame, then half width and half height in
+ * pixels; a child's projected area is taken as a quarter of its parent's. */
+
+#define CLRAD_KEEP 0
+#define CLRAD_SPLIT 1
+#define CLRAD_AT_MAX_LEVEL 2
+#define CLRAD_AT_MIN_AREA 3
+#define CLRAD_AT_MIN_PROJECTED_AREA 4
+
+/* [pixels]; 0 behind the camera, beside the picture or seen from the back; huge where it reaches behind the camera. */
+static REAL projected_area(__global const REAL* camera, __global const CLRAD_POINT_T* receivers,
+                           __global const uint* vertex, uint corners) {
+  REAL x[4], y[4];
+  int in_front = 0, left = 1, right = 1, below = 1, above = 1;
+  for (uint k = 0; k < corners; k++) {
+    const CLRAD_POINT_T p = receivers[vertex[k]];
+    const REAL d[3] = {p.x - camera[0], p.y - camera[1], p.z - camera[2]};
+    const REAL depth = d[0] * camera[3] + d[1] * camera[4] + d[2] * camera[5];
+    const REAL across = d[0] * camera[6] + d[1] * camera[7] + d[2] * camera[8];
+    const REAL up = d[0] * camera[9] + d[1] * camera[10] + d[2] * camera[11];
+    in_front += depth > (REAL)1e-6f;
+    left &= across < -depth;
+    right &= across > depth;
+    below &= up < -depth;
+    above &= up > depth;
+    x[k] = across / depth * camera[12];
+    y[k] = up / depth * camera[13];
+  }
+  if (in_front == 0 || left || right || below || above) return 0;
+  if (in_front < (int)corners) return (REAL)1e30f;
+  REAL twice = 0;
+  for (uint k = 0; k < corners; k++) {
+    const uint next = k + 1 == corners ? 0 : k + 1;
+    twice += x[k] * y[next] - x[next] * y[k];
+  }
+  return twice > 0 ? twice / 2 : 0; /* counter-clockwise: the front is seen */
+}
+
+/* The most by which irradiance at the vertices that were made for this element's level differs from what the level above
+ * interpolated there; huge where there is no level above, or where something covers one of them. */
+static REAL surprise(__global const REAL* irradiance, __global const uint* vertex, __global const uint* made_here,
+                     __global const uint* parents, __global const uint* covered, uint corners) {
+  REAL most = -1;
+  for (uint k = 0; k < corners; k++) {
+    if (!made_here[k]) continue;
+    const uint v = vertex[k];
+    __global const uint* of = parents + 4 * v;
+    if (of[0] == CLRAD_NONE) return (REAL)1e30f;
+    uint dark = covered[v];
+    REAL mean = 0;
+    for (int i = 0; i < 4; i++) {
+      dark |= covered[of[i]];
+      mean += irradiance[of[i]];
+    }
+    if (dark) return (REAL)1e30f;
+    const REAL d = fabs(irradiance[v] - mean / 4);
+    most = d > most ? d : most;
+  }
+  return most < 0 ? (REAL)1e30f : most;
+}
+
+__kernel void mark_elements(__global const REAL* irradiance, __global const uint* vertex,
+                            __global const uint* made_here, __global const uint* parents,
+                            __global const uint* covered, __global const uint* patch_of,
+                            __global const REAL* reflectance, __global const REAL* area,
+                            __global const uint* levels_left, __global const CLRAD_POINT_T* receivers,
+                            __global const REAL* camera, uint vertices, uint patches, uint bands, REAL tolerated,
+                            REAL least_area, REAL least_projected, __global float* difference,
+                            __global uint* verdict, uint elements) {
+  const uint e = get_global_id(0);
+  if (e >= elements) return;
+  __global const uint* v = vertex + 4 * e;
+  const uint corners = v[3] == CLRAD_NONE ? 3 : 4;
+  REAL most = 0, unexpected = 0;
+  for (uint b = 0; b < bands; b++) {
+    REAL low = 0, high = 0;
+    for (uint k = 0; k < corners; k++) {
+      const REAL h = covered[v[k]] ? 0 : irradiance[(ulong)b * vertices + v[k]];
+      low = k == 0 || h < low ? h : low;
+      high = k == 0 || h > high ? h : high;
+    }
+    const REAL d = reflectance[b * patches + patch_of[e]] * (high - low);
+    most = d > most ? d : most;
+    const REAL s = reflectance[b * patches + patch_of[e]] *
+                   surprise(irradiance + (ulong)b * vertices, v, made_here + 4 * e, parents, covered, corners);
+    unexpected = s > unexpected ? s : unexpected;
+  }
+  most /= tolerated;
+  const int over = most > 1 && unexpected > tolerated;
+  difference[e] = over ? (float)most : 0.0f;
+  uint result = over ? CLRAD_SPLIT : CLRAD_KEEP;
+  if (over && levels_left[e] == 0)
+    result = CLRAD_AT_MAX_LEVEL;
+  else if (over && area[e] < 4 * least_area)
+    result = CLRAD_AT_MIN_AREA;
+  else if (over && least_projected > 0 && projected_area(camera, receivers, v, corners) < 4 * least_projected)
+    result = CLRAD_AT_MIN_PROJECTED_AREA;
+  verdict[e] = result;
+}
+
+__kernel void interpolate_new(__global REAL* values, __global const uint* parents, uint first, uint vertices) {
+  const uint i = get_global_id(0);
+  if (first + i >= vertices) return;
+  REAL sum = 0;
+  for (int k = 0; k < 4; k++) sum += values[parents[4 * i + k]];
+  values[first + i] = sum / 4;
+}
