@@ -4,7 +4,7 @@
 ///   units      a visibility step on 1 and 2 compute units
 ///   waves      the work that each wave of chop was spared by rays that are blocked already
 ///   patches    seconds a shoot against patches, 1e3 to 1e6
-/// Usage: bench_curves [-o FILE] [--quick] [--only NAME] [--slab N]
+/// Usage: bench_curves [-o FILE] [--quick] [--only NAME] [--slab N] [--batch N]
 #include "curves/curves.hpp"
 
 #include <cstdio>
@@ -23,6 +23,8 @@ int main(int argc, char** argv) try {
       out = argv[++i];
     else if (a == "--slab" && i + 1 < argc)
       options.chop.slab = std::uint32_t(std::atoi(argv[++i]));
+    else if (a == "--batch" && i + 1 < argc)
+      options.chop.rays_per_batch = std::uint32_t(std::atoi(argv[++i]));
     else if (a == "--only" && i + 1 < argc)
       only = argv[++i];
     else

@@ -13,7 +13,7 @@ namespace clrad::bench {
 
 struct CurveOptions {
   bool quick = false;
-  ChopOptions chop;  ///< of the curve over occluders
+  ChopOptions chop;  ///< of the curves over occluders and units
   std::string folder;
 };
 

@@ -36,7 +36,10 @@ nlohmann::json units_curve(const CurveOptions& options) {
     for (const char* engine : {"serial", "chop"})
       for (unsigned cores = 1; cores <= most; ++cores) {
         Config c{engine, cores, std::make_unique<Device>(DeviceOptions{.cores = cores}), nullptr, nullptr, 0};
-        c.tracer = make_engine(engine, *c.device, s.triangles);
+        if (c.engine == "chop")
+          c.tracer = make_chop(*c.device, s.triangles, options.chop);
+        else
+          c.tracer = make_engine(engine, *c.device, s.triangles);
         c.steps = std::make_unique<StepsOnDevice>(*c.device, steps_in(s, 2, 1u << 20));
         check_bits(*c.steps, *c.tracer, bits);
         configs.push_back(std::move(c));

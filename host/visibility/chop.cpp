@@ -20,8 +20,8 @@ namespace {
 constexpr const char* file = "visibility/chop.cl";
 constexpr std::uint32_t tally_items = BundleTracer::tally_items;
 
-/// Cells in the first wave unless the grid is that small anyway, and rays in a batch: measured, see
-/// bench/visibility.cpp.
+/// Cells in the first wave of grids that would take more than two (in others waves save less than their launches
+/// cost), and rays in a batch: measured, see bench/visibility.cpp and bench/curves.cpp.
 constexpr std::uint32_t usual_slab = 8;
 constexpr std::uint32_t usual_batch = 1u << 16;
 constexpr std::uint32_t least_batch = 64;
@@ -147,8 +147,9 @@ class Chop final : public ChopEngine {
   }
 
   static std::uint32_t slab_of(const Grid& grid, const ChopOptions& options) {
-    const std::uint32_t slab = options.slab == 0xffffffffu ? usual_slab : options.slab;
-    return slab >= std::max({grid.cells[0], grid.cells[1], grid.cells[2]}) ? 0 : slab;
+    const std::uint32_t longest = std::max({grid.cells[0], grid.cells[1], grid.cells[2]});
+    if (options.slab == 0xffffffffu) return 3 * usual_slab >= longest ? 0 : usual_slab;
+    return options.slab >= longest ? 0 : options.slab;
   }
 
   template <class T>
