@@ -119,6 +119,7 @@ void write_checkpoint(const std::string& path, Run& run) {
   add_mesh(archive, state.mesh);
   archive.add("covered", state.covered_on_host);
   visit_sums(state, [&](const char* name, RealArray& array) { add_reals(archive, name, array); });
+  archive.add("near_field", state.near_field);
   archive.add("patch_of_slot", state.patch_of_slot);
   for (std::size_t slot = 0; slot < state.patch_of_slot.size(); ++slot)
     if (state.vertex_columns[slot]) add_reals(archive, column_name(slot), *state.vertex_columns[slot]);
@@ -166,6 +167,10 @@ void Checkpoint::read_state(Run& run) {
   number("vertices_added", refinement.vertices_added), number("refinement_rays", refinement.rays);
 
   visit_sums(state, [&](const char* name, RealArray& array) { read_reals(archive_, name, array); });
+  state.near_field = archive_.array<double>("near_field");
+  if (state.near_field.size() % state.bands != 0 ||
+      state.near_field.size() > std::uint64_t(state.bands) * state.vertices)
+    archive_.fail("section 'near_field' is not of this mesh");
   const auto patch_of_slot = archive_.array<std::uint32_t>("patch_of_slot");
   for (const std::uint32_t patch : patch_of_slot) {
     if (patch >= state.patches || state.slot_of_patch[patch] != 0xffffffffu)

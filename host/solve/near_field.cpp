@@ -98,7 +98,7 @@ Cells make_cells(const Solution& solution, const Nodes& nodes) {
 
 }  // namespace
 
-void gather_near_field(SolveState& state, const Solution& solution) {
+void gather_near_field(SolveState& state, const Solution& solution, std::uint32_t first_vertex) {
   if (state.bands > most_bands) return;
   const auto stage = state.device.stage("gather near patches by their elements");
   const Mesh& mesh = state.mesh;
@@ -126,11 +126,11 @@ void gather_near_field(SolveState& state, const Solution& solution) {
   for (std::uint32_t slot = 0; slot < state.patch_of_slot.size(); ++slot) {
     if (!state.vertex_columns[slot]) continue;
     const std::uint32_t patch = state.patch_of_slot[slot];
-    state.device.run("solve/near_field.cl", "near_field", state.vertices, state.receivers,
+    state.device.run("solve/near_field.cl", "near_field", state.vertices - first_vertex, state.receivers,
                      *state.vertex_columns[slot], shooters, cells.first[patch],
                      cells.first[patch + 1] - cells.first[patch], radiosity_device, cells.count(),
                      mean_device, state.total_shot, patch, patches, box_device, Real{reach},
-                     state.vertex_irradiance, state.vertices, state.bands);
+                     state.vertex_irradiance, first_vertex, state.vertices, state.bands);
   }
 }
 

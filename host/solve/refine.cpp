@@ -108,11 +108,23 @@ Marks mark(SolveState& state, const Frame& frame, double tolerated) {
   return {difference.download(), verdict.download()};
 }
 
-// By what is going to be displayed: near patches by their pieces. The state keeps its irradiance.
+// By what is going to be displayed: near patches by their pieces. That is gathered for vertices added since the last time
+// only, as it hardly changes at the others. The state keeps its irradiance.
 Marks mark_with_near_field(SolveState& state, Solution& solution, double tolerated) {
+  const std::size_t vertices = state.vertices, known = state.near_field.size() / state.bands;
   solution.vertex_irradiance = state.vertex_irradiance.download();
   solution.patch_irradiance = state.patch_irradiance.download();
-  gather_near_field(state, solution);
+  gather_near_field(state, solution, std::uint32_t(known));
+  std::vector<double> displayed = state.vertex_irradiance.download(), near_field(displayed.size());
+  for (std::size_t b = 0; b < state.bands; ++b)
+    for (std::size_t v = 0; v < vertices; ++v) {
+      const std::size_t i = b * vertices + v;
+      near_field[i] =
+          v < known ? state.near_field[b * known + v] : displayed[i] - solution.vertex_irradiance[i];
+      displayed[i] = solution.vertex_irradiance[i] + near_field[i];
+    }
+  state.near_field = std::move(near_field);
+  state.vertex_irradiance.upload(displayed);
   Marks marks = mark(state, solution.frame, tolerated);
   state.vertex_irradiance.upload(solution.vertex_irradiance);
   return marks;

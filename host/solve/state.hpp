@@ -56,6 +56,8 @@ class SolveState {
   std::vector<std::unique_ptr<RealArray>> vertex_columns;  ///< by slot; null when not kept
   std::uint64_t shoots = 0, reshoots = 0;
   std::uint32_t shoots_since_refined = 0;
+  /// What the near field last added to the vertices that there were then, [band][vertex]: by it elements are judged.
+  std::vector<double> near_field;
   std::uint64_t column_budget_bytes = 0, column_bytes = 0;  ///< of kept columns: at most, and now
 
   /// A slot for the column of `patch`, growing the array of columns when it is full.

@@ -1,7 +1,7 @@
 /* Light from a patch that all but touches a receiver comes from its nearest elements, not from its average: without
  * this, shading jumps along an edge where one patch of the neighbouring wall ends and the next begins.
  *
- * One work-item a receiver, for one shooter: where the receiver is nearer than `reach` to the shooter's box,
+ * One work-item a receiver from `first` on, for one shooter: where the receiver is nearer than `reach` to the shooter's box,
  *   H += fade F shot (B_near / B_mean - 1),  B_near = sum F_e B_e / sum F_e  over the shooter's elements,
  * with F the kept column (so what is hidden stays hidden) and F_e unoccluded. B_e counts an element's exposed part; a
  * piece that is covered has B_e < 0 and is left out. Arrays: radiosity[b * nodes + node], shot[b * patches + patch]. */
@@ -33,8 +33,9 @@ static REAL cell_factor(__global const REAL* cell, CLRAD_POINT_T p) {
 __kernel void near_field(__global const CLRAD_POINT_T* receivers, __global const REAL* column,
                          __global const REAL* shooters, uint first_node, uint elements, __global const REAL* radiosity,
                          uint nodes, __global const REAL* mean, __global const REAL* shot, uint patch, uint patches,
-                         __global const REAL* box, REAL reach, __global REAL* irradiance, uint vertices, uint bands) {
-  const uint v = get_global_id(0);
+                         __global const REAL* box, REAL reach, __global REAL* irradiance, uint first, uint vertices,
+                         uint bands) {
+  const uint v = first + get_global_id(0);
   if (v >= vertices) return;
   const REAL f = column[v];
   if (f == 0) return;
