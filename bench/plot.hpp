@@ -34,8 +34,9 @@ struct Plot {
            << "set terminal pngcairo size 1200,800 font 'DejaVu Sans,15' linewidth 1.4\n"
            << "set output '" << name << ".png'\n"
            << "set title '" << title << "' font ',17'\n"
-           << "set logscale xy\nset format xy '10^{%L}'\nset grid xtics ytics lc rgb '#d0d0d0'\n"
-           << "set border lc rgb '#404040'\nset key outside right center spacing 1.3 samplen 2 width 1\n"
+           << "set logscale xy\nset format xy '10^{%L}'\nset grid xtics ytics lc rgb '#b0b0b0' lt 1 lw 0.6\n"
+           << "set border lc rgb '#404040'\nset key outside bottom center horizontal spacing 1.3 samplen 2.5 "
+              "width 2\n"
            << "set xlabel '" << x << "'\nset ylabel '" << y << "'\n"
            << "set mxtics 10\nset mytics 10\n"
            << extra << "plot ";

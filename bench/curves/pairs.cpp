@@ -89,6 +89,9 @@ nlohmann::json pairs_curve(const CurveOptions& options) {
       }
     }
   }
+  Plot cost{
+      "pairs_cost", "Time per ray/object pair, 16 samples", "ray/object pairs", "time per pair [ns]", {}};
+  cost.extra = "set yrange [0.1:20]\nset format y '%g'\n";
   Plot plot{
       "pairs", "A visibility step costs what its ray/object pairs cost", "ray/object pairs", "time [ms]", {}};
   for (const char* engine : {"chop", "serial"}) {
@@ -120,14 +123,20 @@ nlohmann::json pairs_curve(const CurveOptions& options) {
                   {}};
       for (const Row& r : rows)
         if (r.engine == engine && r.objects == count) curve.points.emplace_back(r.pairs, 1e3 * r.seconds);
-      if (!curve.points.empty()) plot.curves.push_back(curve);
+      if (curve.points.empty()) continue;
+      plot.curves.push_back(curve);
+      for (auto& [pairs, ms] : curve.points) ms *= 1e6 / pairs;
+      cost.curves.push_back(curve);
     }
     Curve line{
         fmt::format("{:.2f} ms + {:.2f} ns a pair", 1e3 * t0, 1e9 * c), line_style(serial ? 1 : 0), {}};
     for (double p = 1e4; p <= most_pairs; p *= 2) line.points.emplace_back(p, 1e3 * (t0 + c * p));
     plot.curves.push_back(line);
   }
+  plot.extra = "set xrange [5e3:2e9]\n";
   plot.write(options.folder);
+  cost.extra += plot.extra;
+  cost.write(options.folder);
   return report;
 }
 

@@ -86,7 +86,7 @@ nlohmann::json units_curve(const CurveOptions& options) {
 nlohmann::json waves_curve(const CurveOptions& options) {
   nlohmann::json report;
   Plot plot{
-      "waves", "Rays that a wave finds blocked do no more work", "wave, from the origin on", "rays", {}};
+      "waves", "What the waves of chop trace: blocked rays drop out", "wave, from the origin on", "rays", {}};
   std::printf(
       "\nwaves of chop, 8 shooters; spared: blocked by an earlier wave\n%10s %9s %9s %3s %5s %10s %10s %8s "
       "%11s\n",
@@ -106,8 +106,8 @@ nlohmann::json waves_curve(const CurveOptions& options) {
     // `single` ran twice: once to compare bits, once to warm up.
     const double saved = 1 - 2 * double(with.pieces) / double(without.pieces);
     const double saved_pairs = 1 - 2 * double(with.candidates) / double(without.candidates);
-    Curve all{fmt::format("{} polygons: rays that reach it", size), points_style(color, 7), {}};
-    Curve spared{fmt::format("{} polygons: of these blocked", size), points_style(color, 6), {}};
+    Curve all{fmt::format("{} polygons: rays that long", size), points_style(color, 6), {}};
+    Curve traced{fmt::format("{} polygons: traced", size), points_style(color, 7), {}};
     ++color;
     for (std::size_t w = 0; w < waves->waves().size(); ++w) {
       const WaveWork& work = waves->waves()[w];
@@ -126,7 +126,8 @@ nlohmann::json waves_curve(const CurveOptions& options) {
                   100 * double(work.blocked) / double(std::max<std::uint64_t>(work.rays, 1)),
                   static_cast<unsigned long long>(work.pieces));
       if (work.rays) all.points.emplace_back(double(w + 1), double(work.rays));
-      if (work.blocked) spared.points.emplace_back(double(w + 1), double(work.blocked));
+      if (work.rays > work.blocked)
+        traced.points.emplace_back(double(w + 1), double(work.rays - work.blocked));
     }
     report["saved"].push_back({{"occluder_polygons", s.scene.polygons.size()},
                                {"pieces_saved", saved},
@@ -134,9 +135,9 @@ nlohmann::json waves_curve(const CurveOptions& options) {
     std::printf("%10zu: waves save %.1f %% of the pieces and %.1f %% of the ray/triangle pairs of one wave\n",
                 s.scene.polygons.size(), 100 * saved, 100 * saved_pairs);
     plot.curves.push_back(all);
-    if (!spared.points.empty()) plot.curves.push_back(spared);
+    plot.curves.push_back(traced);
   }
-  plot.extra = "unset logscale x\nset format x '%g'\nset mxtics 1\n";
+  plot.extra = "unset logscale x\nset format x '%g'\nset mxtics 1\nset xtics 1\nset xrange [0.8:*]\n";
   plot.write(options.folder);
   return report;
 }
