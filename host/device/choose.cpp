@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cctype>
+#include <map>
+#include <mutex>
 
 namespace clrad {
 namespace {
@@ -60,6 +62,26 @@ std::vector<DeviceInfo> list_devices() {
   return infos;
 }
 
+namespace {
+
+// A sub-device of `cores` compute units, the same one for the whole life of the process: PoCL 3.1's worker threads still
+// look at the device of a command after clFinish has returned, and crash where it has been released by then.
+cl::Device part_of(const cl::Device& device, unsigned cores) {
+  static std::mutex guard;
+  static auto& parts = *new std::map<std::pair<cl_device_id, unsigned>, cl::Device>;
+  const std::lock_guard lock(guard);
+  cl::Device& part = parts[{device(), cores}];
+  if (part()) return part;
+  const cl_device_partition_property by_counts[] = {CL_DEVICE_PARTITION_BY_COUNTS,
+                                                    cl_device_partition_property(cores),
+                                                    CL_DEVICE_PARTITION_BY_COUNTS_LIST_END, 0};
+  std::vector<cl::Device> made;
+  cl::Device(device).createSubDevices(by_counts, &made);
+  return part = made.at(0);
+}
+
+}  // namespace
+
 ChosenDevice choose_device(const DeviceOptions& options) {
   const auto devices = all_devices();
   if (devices.empty())
@@ -93,17 +115,12 @@ ChosenDevice choose_device(const DeviceOptions& options) {
     if (options.cores > info.compute_units)
       throw UsageError(fmt::format("--cores {} is more than the {} compute units of {}", options.cores,
                                    info.compute_units, info.name));
-    const cl_device_partition_property by_counts[] = {CL_DEVICE_PARTITION_BY_COUNTS,
-                                                      cl_device_partition_property(options.cores),
-                                                      CL_DEVICE_PARTITION_BY_COUNTS_LIST_END, 0};
-    std::vector<cl::Device> parts;
     try {
-      device.createSubDevices(by_counts, &parts);
+      device = part_of(device, options.cores);
     } catch (const cl::Error& e) {
       throw UsageError(fmt::format("{} cannot be divided for --cores {} (OpenCL error {})", info.name,
                                    options.cores, e.err()));
     }
-    device = parts.at(0);
     info.compute_units = options.cores;
   }
   return {device, info};

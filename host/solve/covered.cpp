@@ -45,13 +45,11 @@ std::vector<glm::dvec3> outline(const Mesh& mesh, const PolygonMesh& polygon, st
   return result;
 }
 
-}  // namespace
-
-std::vector<std::uint32_t> overlaid_vertices(const Scene& scene, const Mesh& mesh, std::uint32_t first) {
-  std::vector<std::uint32_t> overlaid(mesh.vertex_count() - first, 0);
-  std::vector<std::vector<std::uint32_t>> vertices_of(scene.polygons.size());
-  for (std::uint32_t v = first; v < mesh.vertex_count(); ++v)
-    vertices_of[mesh.receivers[v].surface].push_back(v);
+std::vector<std::uint32_t> overlaid_points(const Scene& scene, const Mesh& mesh,
+                                           std::span<const Point> points) {
+  std::vector<std::uint32_t> overlaid(points.size(), 0);
+  std::vector<std::vector<std::uint32_t>> points_of(scene.polygons.size());
+  for (std::uint32_t i = 0; i < points.size(); ++i) points_of[points[i].surface].push_back(i);
   std::map<std::uint32_t, std::vector<std::uint32_t>> by_plane;
   for (std::uint32_t p = 0; p < scene.polygons.size(); ++p)
     by_plane[mesh.receivers[mesh.polygons[p].first_vertex].plane].push_back(p);
@@ -75,25 +73,25 @@ std::vector<std::uint32_t> overlaid_vertices(const Scene& scene, const Mesh& mes
         if (glm::dot(a.normal, b.normal) < 0) continue;
         // Boxes of neighbours that only touch overlap by rounding at most in each direction but one of zero thickness.
         if (glm::any(glm::lessThan(a.high, b.low)) || glm::any(glm::lessThan(b.high, a.low))) continue;
-        for (const std::uint32_t v : vertices_of[members[below]])
-          if (contains(b.corner, b.normal, mesh.receivers[v].position)) overlaid[v - first] = 1;
+        for (const std::uint32_t i : points_of[members[below]])
+          if (contains(b.corner, b.normal, points[i].position)) overlaid[i] = 1;
       }
   }
   return overlaid;
 }
 
-std::vector<std::uint8_t> covered_vertices(Device& device, const Scene& scene, const Mesh& mesh,
-                                           const std::vector<OccluderTriangle>& triangles,
-                                           VisibilityEngine& engine,
-                                           const std::vector<std::uint32_t>& overlaid, std::uint32_t from) {
+std::vector<std::uint8_t> covered_points(Device& device, const Scene& scene, std::span<const Point> points,
+                                         const std::vector<OccluderTriangle>& triangles,
+                                         VisibilityEngine& engine,
+                                         const std::vector<std::uint32_t>& overlaid) {
   const auto stage = device.stage("find vertices that something covers");
-  const std::uint32_t vertices = mesh.vertex_count() - from;
+  const auto vertices = std::uint32_t(points.size());
   if (vertices == 0) return {};
   std::vector<float> normals;
   for (const auto& t : triangles)
     for (int k = 0; k < 3; ++k) normals.push_back(float(scene.polygons[t.polygon].normal()[k]));
 
-  const PointArray receivers(device, std::span(mesh.receivers).subspan(from), "receivers");
+  const PointArray receivers(device, points, "receivers");
   const Array<float> direction(device, probe_directions(), "probe directions");
   const Array<float> normal(device, normals, "triangle normals");
   Array<std::uint32_t> covered(device, vertices, "covered vertices");
@@ -114,6 +112,86 @@ std::vector<std::uint8_t> covered_vertices(Device& device, const Scene& scene, c
   std::vector<std::uint8_t> result(vertices);
   for (std::uint32_t v = 0; v < vertices; ++v) result[v] = found[v] || overlaid[v];
   return result;
+}
+
+// Points of equal spacing in the parameters of an element, and how much area each stands for.
+constexpr std::uint32_t grid = 8;
+struct Sample {
+  glm::dvec3 position;
+  double area;
+};
+std::vector<Sample> samples_on(const Mesh& mesh, const Element& e) {
+  glm::dvec3 c[4];
+  const bool triangle = e.vertex[3] == 0xffffffffu;
+  for (std::uint32_t k = 0; k < 4; ++k) c[k] = mesh.receivers[e.vertex[triangle && k == 3 ? 0 : k]].position;
+  std::vector<Sample> samples;
+  for (std::uint32_t j = 0; j < grid; ++j)
+    for (std::uint32_t i = 0; i < grid; ++i) {
+      if (triangle) {  // the middles of grid^2 small triangles, upright ones and turned ones
+        if (i + j >= grid) continue;
+        for (const double third : {1.0 / 3, 2.0 / 3})
+          if (third < 0.5 || i + j + 1 < grid)
+            samples.push_back(
+                {c[0] + (i + third) / grid * (c[1] - c[0]) + (j + third) / grid * (c[2] - c[0]), 1});
+        continue;
+      }
+      const double u = (i + 0.5) / grid, v = (j + 0.5) / grid;
+      const glm::dvec3 along_u = (1 - v) * (c[1] - c[0]) + v * (c[2] - c[3]),
+                       along_v = (1 - u) * (c[3] - c[0]) + u * (c[2] - c[1]);
+      samples.push_back({(1 - v) * ((1 - u) * c[0] + u * c[1]) + v * ((1 - u) * c[3] + u * c[2]),
+                         glm::length(glm::cross(along_u, along_v))});
+    }
+  return samples;
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> overlaid_vertices(const Scene& scene, const Mesh& mesh, std::uint32_t first) {
+  return overlaid_points(scene, mesh, std::span(mesh.receivers).subspan(first));
+}
+
+std::vector<std::uint8_t> covered_vertices(Device& device, const Scene& scene, const Mesh& mesh,
+                                           const std::vector<OccluderTriangle>& triangles,
+                                           VisibilityEngine& engine,
+                                           const std::vector<std::uint32_t>& overlaid, std::uint32_t first) {
+  return covered_points(device, scene, std::span(mesh.receivers).subspan(first), triangles, engine, overlaid);
+}
+
+void weigh_exposed(Device& device, const Scene& scene, Mesh& mesh,
+                   const std::vector<OccluderTriangle>& triangles, VisibilityEngine& engine,
+                   const std::vector<std::uint8_t>& covered, std::span<const std::uint32_t> elements) {
+  std::vector<std::uint32_t> partly;
+  std::vector<Point> points;
+  std::vector<double> area;
+  for (const std::uint32_t e : elements) {
+    const Element& element = mesh.elements[e];
+    const std::uint32_t corners = element.vertex[3] == 0xffffffffu ? 3 : 4;
+    std::uint32_t hidden = 0;
+    for (std::uint32_t k = 0; k < corners; ++k) hidden += covered[element.vertex[k]];
+    if (hidden == 0 || hidden == corners) continue;
+    partly.push_back(e);
+    for (const Sample& s : samples_on(mesh, element)) {
+      Point p = mesh.receivers[element.vertex[0]];
+      p.position = s.position;
+      points.push_back(p);
+      area.push_back(s.area);
+    }
+  }
+  const auto hidden =
+      covered_points(device, scene, points, triangles, engine, overlaid_points(scene, mesh, points));
+  std::size_t at = 0;
+  for (const std::uint32_t e : partly) {
+    Element& element = mesh.elements[e];
+    double all = 0, seen = 0;
+    for (std::uint32_t i = 0; i < grid * grid; ++i, ++at) all += area[at], seen += hidden[at] ? 0 : area[at];
+    double corners_seen = 0;
+    const auto exposed = [&](std::size_t k) {
+      return element.vertex[k] != 0xffffffffu && !covered[element.vertex[k]];
+    };
+    for (std::size_t k = 0; k < 4; ++k) corners_seen += exposed(k) ? element.weight[k] : 0;
+    for (std::size_t k = 0; k < 4; ++k)
+      element.weight[k] *= exposed(k) ? seen / all / corners_seen : (1 - seen / all) / (1 - corners_seen);
+  }
 }
 
 std::vector<double> exposed_shares(const Mesh& mesh, const std::vector<std::uint8_t>& covered) {

@@ -1,5 +1,6 @@
 // Vertices that something stands on or encloses.
 #pragma once
+#include <span>
 #include <vector>
 
 #include "clrad/mesh.hpp"
@@ -23,5 +24,12 @@ std::vector<std::uint8_t> covered_vertices(Device& device, const Scene& scene, c
                                            VisibilityEngine& engine,
                                            const std::vector<std::uint32_t>& overlaid,
                                            std::uint32_t first = 0);
+
+/// Weights of those of `elements` that something covers in part, by where its outline runs: their exposed corners stand for
+/// the exposed share of the area (64 points tell which), the covered ones for the rest. By corners alone, what stands
+/// on a patch would seem half an element smaller on every side, and its rim, often dark, would count twice.
+void weigh_exposed(Device& device, const Scene& scene, Mesh& mesh,
+                   const std::vector<OccluderTriangle>& triangles, VisibilityEngine& engine,
+                   const std::vector<std::uint8_t>& covered, std::span<const std::uint32_t> elements);
 
 }  // namespace clrad

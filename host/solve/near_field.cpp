@@ -6,6 +6,7 @@
 
 #include "mesh/lattice.hpp"
 #include "solve/nodes.hpp"
+#include "solve/shoot.hpp"
 
 namespace clrad {
 namespace {
@@ -62,7 +63,7 @@ void add_shooter(Cells& cells, const Solution& solution, const Element& first, d
   cells.shooters.insert(cells.shooters.end(), record.begin(), record.end());
 }
 
-Cells make_cells(const Solution& solution, const Nodes& nodes) {
+Cells make_cells(const Solution& solution, const std::vector<double>& node_values) {
   const Mesh& mesh = solution.mesh;
   const std::size_t patches = mesh.patches.size(), count = patches + mesh.elements.size();
   Cells cells;
@@ -83,7 +84,7 @@ Cells make_cells(const Solution& solution, const Nodes& nodes) {
         area += element.area_m2;
         seen_area += seen * element.area_m2;
         for (std::uint32_t b = 0; b < solution.bands; ++b)
-          power[b] += seen * element.area_m2 * nodes.radiosity[b * count + patches + end];
+          power[b] += seen * element.area_m2 * node_values[b * count + patches + end];
       }
       add_shooter(cells, solution, mesh.elements[e], area);
       for (std::uint32_t b = 0; b < solution.bands; ++b)
@@ -102,13 +103,12 @@ void gather_near_field(SolveState& state, const Solution& solution, std::uint32_
   if (state.bands > most_bands) return;
   const auto stage = state.device.stage("gather near patches by their elements");
   const Mesh& mesh = state.mesh;
-  const Nodes nodes = make_nodes(solution);
-  const Cells cells = make_cells(solution, nodes);
+  const std::vector<double> node_values = node_radiosity(solution);
+  const Cells cells = make_cells(solution, node_values);
   const auto patches = state.patches, elements = std::uint32_t(mesh.elements.size());
-  std::vector<double> mean(nodes.radiosity.size() / (patches + elements) * patches),
-      box(6 * std::size_t(patches));
+  std::vector<double> mean(std::size_t(state.bands) * patches), box(6 * std::size_t(patches));
   for (std::uint32_t b = 0; b < state.bands; ++b)
-    std::copy_n(nodes.radiosity.begin() + std::ptrdiff_t(b) * (patches + elements), patches,
+    std::copy_n(node_values.begin() + std::ptrdiff_t(b) * (patches + elements), patches,
                 mean.begin() + std::ptrdiff_t(b) * patches);
   for (std::uint32_t p = 0; p < patches; ++p)
     for (int a = 0; a < 3; ++a) {
@@ -124,13 +124,19 @@ void gather_near_field(SolveState& state, const Solution& solution, std::uint32_
   const RealArray shooters(state.device, cells.shooters, "cells");
   const double reach = reach_in_patches * mesh.patch_edge_m / state.metres_per_unit;
   for (std::uint32_t slot = 0; slot < state.patch_of_slot.size(); ++slot) {
-    if (!state.vertex_columns[slot]) continue;
     const std::uint32_t patch = state.patch_of_slot[slot];
+    const RealArray* column = state.vertex_columns[slot].get();
+    if (!column)
+      column = &trace_some(state, patch, first_vertex, [&](Array<std::uint32_t>& flags) {
+        const std::uint32_t count = state.vertices - first_vertex;
+        state.device.run("solve/near_field.cl", "keep_near", count, state.receivers, box_device, patch,
+                         Real{reach}, flags, first_vertex, count);
+      });
     state.device.run("solve/near_field.cl", "near_field", state.vertices - first_vertex, state.receivers,
-                     *state.vertex_columns[slot], shooters, cells.first[patch],
-                     cells.first[patch + 1] - cells.first[patch], radiosity_device, cells.count(),
-                     mean_device, state.total_shot, patch, patches, box_device, Real{reach},
-                     state.vertex_irradiance, first_vertex, state.vertices, state.bands);
+                     *column, shooters, cells.first[patch], cells.first[patch + 1] - cells.first[patch],
+                     radiosity_device, cells.count(), mean_device, state.total_shot, patch, patches,
+                     box_device, Real{reach}, state.vertex_irradiance, first_vertex, state.vertices,
+                     state.bands);
   }
 }
 

@@ -29,29 +29,46 @@ void add_node(Nodes& nodes, std::uint32_t corners, const glm::dvec3* corner, con
 
 }  // namespace
 
+std::vector<double> node_radiosity(const Solution& solution) {
+  const Mesh& mesh = solution.mesh;
+  const std::size_t patches = mesh.patches.size(), count = patches + mesh.elements.size();
+  std::vector<double> radiosity(count * solution.bands);
+  const std::vector<double> exposed = exposed_shares(mesh, solution.vertex_covered);
+  for (std::size_t p = 0; p < patches; ++p) {
+    const Material& m = solution.scene.materials[solution.scene.polygons[mesh.patches[p].polygon].material];
+    for (std::uint32_t b = 0; b < solution.bands; ++b)
+      radiosity[b * count + p] =
+          m.emitted_exitance[b] +
+          (exposed[p] > 0 ? m.reflectance[b] / exposed[p] : 0) * solution.patch_irradiance[b * patches + p];
+  }
+  for (std::uint32_t b = 0; b < solution.bands; ++b)
+    for (std::size_t e = 0; e < mesh.elements.size(); ++e) {
+      const Element& element = mesh.elements[e];
+      const std::uint32_t polygon = mesh.patches[element.patch].polygon;
+      double sum = 0, seen = 0;
+      for (std::uint32_t k = 0; k < 4 && element.vertex[k] != 0xffffffffu; ++k)
+        if (!solution.vertex_covered[element.vertex[k]]) {
+          sum += element.weight[k] * solution.vertex_radiosity(b, element.vertex[k], polygon);
+          seen += element.weight[k];
+        }
+      radiosity[b * count + patches + e] = seen > 0 ? sum / seen : 0;
+    }
+  return radiosity;
+}
+
 Nodes make_nodes(const Solution& solution) {
   Nodes nodes;
   const Mesh& mesh = solution.mesh;
   const std::size_t patches = mesh.patches.size(), count = patches + mesh.elements.size();
   const double unit = solution.frame.metres();
-  nodes.radiosity.resize(count * solution.bands);
   nodes.brightness.resize(count);
-  const std::vector<double> exposed = exposed_shares(mesh, solution.vertex_covered);
-  for (std::size_t p = 0; p < patches; ++p) {
-    const Patch& patch = mesh.patches[p];
-    const Polygon& polygon = solution.scene.polygons[patch.polygon];
+  for (const Patch& patch : mesh.patches) {
     nodes.first_element.push_back(patch.first_element);
-    add_node(nodes, patch.corners, patch.corner.data(), polygon.normal(), patch.area_m2 / (unit * unit),
-             plane_of(mesh, patch.polygon));
-    const Material& m = solution.scene.materials[polygon.material];
-    for (std::uint32_t b = 0; b < solution.bands; ++b)
-      nodes.radiosity[b * count + p] =
-          m.emitted_exitance[b] +
-          (exposed[p] > 0 ? m.reflectance[b] / exposed[p] : 0) * solution.patch_irradiance[b * patches + p];
+    add_node(nodes, patch.corners, patch.corner.data(), solution.scene.polygons[patch.polygon].normal(),
+             patch.area_m2 / (unit * unit), plane_of(mesh, patch.polygon));
   }
   nodes.first_element.push_back(std::uint32_t(mesh.elements.size()));
-  for (std::size_t e = 0; e < mesh.elements.size(); ++e) {
-    const Element& element = mesh.elements[e];
+  for (const Element& element : mesh.elements) {
     const std::uint32_t polygon = mesh.patches[element.patch].polygon;
     const std::uint32_t corners = element.vertex[3] == 0xffffffffu ? 3 : 4;
     glm::dvec3 corner[4];
@@ -59,17 +76,8 @@ Nodes make_nodes(const Solution& solution) {
       corner[k] = solution.frame.to_frame(mesh.position_m[element.vertex[k]]);
     add_node(nodes, corners, corner, solution.scene.polygons[polygon].normal(),
              element.area_m2 / (unit * unit), plane_of(mesh, polygon));
-    for (std::uint32_t b = 0; b < solution.bands; ++b) {
-      double& radiosity = nodes.radiosity[b * count + patches + e];
-      double seen = 0;
-      for (std::uint32_t k = 0; k < corners; ++k)
-        if (!solution.vertex_covered[element.vertex[k]]) {
-          radiosity += element.weight[k] * solution.vertex_radiosity(b, element.vertex[k], polygon);
-          seen += element.weight[k];
-        }
-      if (seen > 0) radiosity /= seen;
-    }
   }
+  nodes.radiosity = node_radiosity(solution);
   for (std::size_t i = 0; i < count; ++i)
     for (std::uint32_t b = 0; b < solution.bands; ++b) nodes.brightness[i] += nodes.radiosity[b * count + i];
   return nodes;

@@ -17,7 +17,8 @@ struct Nodes {
   std::vector<std::uint32_t> first_element;
 };
 
-/// From vertex and patch irradiance: a node's radiosity is that of its exposed part.
+/// [band][node], from vertex and patch irradiance: a node's radiosity is that of its exposed part.
+std::vector<double> node_radiosity(const Solution& solution);
 Nodes make_nodes(const Solution& solution);
 
 }  // namespace clrad

@@ -145,6 +145,15 @@ std::uint64_t fit_memory(const SolveState& state, Marks& marks) {
   return wanted.size() - fit;
 }
 
+// Elements that have the same owner as a neighbour: it was split.
+std::vector<std::uint32_t> children_in(const std::vector<std::uint32_t>& owner) {
+  std::vector<std::uint32_t> children;
+  for (std::uint32_t e = 0; e < owner.size(); ++e)
+    if ((e > 0 && owner[e] == owner[e - 1]) || (e + 1 < owner.size() && owner[e] == owner[e + 1]))
+      children.push_back(e);
+  return children;
+}
+
 }  // namespace
 
 std::vector<double> ambient_irradiance(SolveState& state) {
@@ -195,6 +204,8 @@ bool refine(SolveState& state, Solution& solution, const std::vector<OccluderTri
   const auto covered =
       covered_vertices(state.device, state.scene, state.mesh, triangles, state.engine, overlaid, first);
   state.covered_on_host.insert(state.covered_on_host.end(), covered.begin(), covered.end());
+  weigh_exposed(state.device, state.scene, state.mesh, triangles, state.engine, state.covered_on_host,
+                children_in(subdivision.owner));
   state.take_mesh();
   if (state.options.adaptive.interpolate_new) {
     std::vector<std::uint32_t> parents;

@@ -13,12 +13,14 @@ void grow(ArrayType& array, Device& device, std::uint64_t count, const char* wha
   if (array.size() < count || !array.buffer()()) array = ArrayType(), array = ArrayType(device, count, what);
 }
 
-// Which receivers from `first` on the shooter's rays go to: state.active, and how many.
-std::uint32_t emit(SolveState& state, const Shooter& shooter, std::uint32_t first) {
+// Which receivers from `first` on the shooter's rays go to: state.active, and how many. `also` drops some more of the flags.
+std::uint32_t emit(SolveState& state, const Shooter& shooter, std::uint32_t first,
+                   const std::function<void(Array<std::uint32_t>&)>& also) {
   const auto stage = state.device.stage("emit rays to the receivers that face the shooter");
   const std::uint32_t count = state.vertices - first;
   facing(state.device, shooter, state.receivers, first, count, state.facing);
   state.device.run("solve/emit.cl", "drop_covered", count, state.facing, state.covered, first, count);
+  if (also) also(state.facing);
   const std::uint32_t receivers = compact(state.device, state.facing.buffer(), count, state.active.buffer());
   if (first > 0)
     state.device.run("solve/emit.cl", "number_active", receivers, state.active, first, receivers);
@@ -45,12 +47,13 @@ void weigh(SolveState& state, const Shooter& shooter, const PointArray& samples,
 }
 
 // The column of one patch at the receivers from `first` on, from nothing. Returns the rays it took.
-std::uint64_t trace_column(SolveState& state, std::uint32_t patch, std::uint32_t first, RealArray& column) {
+std::uint64_t trace_column(SolveState& state, std::uint32_t patch, std::uint32_t first, RealArray& column,
+                           const std::function<void(Array<std::uint32_t>&)>& also = nullptr) {
   const Shooter shooter = shooter_of(state.scene, state.mesh, patch, state.metres_per_unit);
   const std::uint32_t n = samples_of(state, patch);
   const PointArray samples(state.device, samples_on(shooter, patch, n, state.options.seed),
                            "samples on the shooter");
-  const std::uint32_t receivers = emit(state, shooter, first);
+  const std::uint32_t receivers = emit(state, shooter, first, also);
   const std::uint64_t before = state.engine.counts().rays;
   find_occluded(state, samples, n, receivers);
   const std::uint64_t rays = state.engine.counts().rays - before;
@@ -108,6 +111,12 @@ void shoot(SolveState& state, std::span<const std::uint32_t> patches) {
     ++state.shoots;
     ++state.shoots_since_refined;
   }
+}
+
+const RealArray& trace_some(SolveState& state, std::uint32_t patch, std::uint32_t first,
+                            const std::function<void(Array<std::uint32_t>&)>& keep) {
+  trace_column(state, patch, first, state.column, keep);
+  return state.column;
 }
 
 void trace(SolveState& state, std::uint32_t patch) {

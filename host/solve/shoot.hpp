@@ -1,6 +1,7 @@
 // One shoot: the unshot radiosity of a patch distributed to all that it sees; and the other ways in which kept columns are
 // used.
 #pragma once
+#include <functional>
 #include <span>
 
 #include "solve/state.hpp"
@@ -14,6 +15,11 @@ void shoot(SolveState& state, std::span<const std::uint32_t> patches);
 
 /// Traces and keeps the column of `patch`; nothing is shot.
 void trace(SolveState& state, std::uint32_t patch);
+
+/// The column of `patch` at the receivers from `first` on whose flags `keep` leaves (flags of those in front, by receiver -
+/// first), 0 elsewhere; overwritten by the next column. Nothing is kept or shot.
+const RealArray& trace_some(SolveState& state, std::uint32_t patch, std::uint32_t first,
+                            const std::function<void(Array<std::uint32_t>&)>& keep);
 
 /// Shoots the unshot radiosity of every patch whose column is kept through the kept columns, at patch level; vertices get
 /// it in deliver_pending().

@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <cmath>
+#include <numeric>
 
 #include "clrad/frame.hpp"
 #include "clrad/solver.hpp"
@@ -107,11 +108,15 @@ Solution solve(Device& device, const Scene& scene, const SolveOptions& options) 
                                   : triangles.size() <= small_scene ? "serial"
                                                                     : "chop";
   const auto engine = engine_for(device, engine_name, triangles, options);
-  if (resumed)
+  if (resumed) {
     resumed->read_mesh(solution);
-  else
+  } else {
     solution.vertex_covered = covered_vertices(device, scene, solution.mesh, triangles, *engine,
                                                overlaid_vertices(scene, solution.mesh));
+    std::vector<std::uint32_t> all(solution.mesh.elements.size());
+    std::iota(all.begin(), all.end(), 0u);
+    weigh_exposed(device, scene, solution.mesh, triangles, *engine, solution.vertex_covered, all);
+  }
 
   SolveState state(device, scene, solution.mesh, solution.bands, *engine, options, solution.vertex_covered,
                    solution.frame.metres());

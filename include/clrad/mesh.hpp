@@ -55,8 +55,9 @@ struct Element {
   std::uint32_t code =
       0;  ///< the child taken at each level, two bits each from bit 2 lattice_depth - 1 downwards
   double area_m2 = 0;
-  std::array<double, 4>
-      weight{};  ///< area average of the interpolant = sum of weight x corner value; sums to 1
+  /// Area average of the interpolant = sum of weight x corner value; sums to 1. Where something covers the element in part,
+  /// its exposed corners stand for the exposed share of the area.
+  std::array<double, 4> weight{};
 };
 
 struct Mesh {

@@ -35,21 +35,70 @@
 #define CLRAD_SHOOTER_SIZE 52
 
 /* Gauss-Legendre on [0, 1]. Over a segment of half-length 1 at distance K from its middle, the worst relative error for
- * 1/r^4 is 6e-7 with 4 points and 9e-15 with 8 at K = 6; cells have K >= 6 (centre at 3 edge lengths). */
+ * 1/r^4 is 6e-7 with 4 points and 9e-15 with 8 at K = 6; cells have K >= 6 (centre at 3 edge lengths). The points of the
+ * product rule are taken sixteen at a time, in explicit vectors whatever the packet width is: one order of sums. */
 #ifdef CLRAD_FP64
-#define CLRAD_GAUSS 8
-__constant REAL clrad_gauss_at[CLRAD_GAUSS] = {
-    0.019855071751231884158, 0.1016667612931866302, 0.23723379504183550709, 0.40828267875217509753,
-    0.59171732124782490247,  0.76276620495816449291, 0.8983332387068133698, 0.98014492824876811584};
-__constant REAL clrad_gauss_weight[CLRAD_GAUSS] = {
-    0.050614268145188129576, 0.11119051722668723527, 0.15685332293894364367, 0.18134189168918099148,
-    0.18134189168918099148,  0.15685332293894364367, 0.11119051722668723527, 0.050614268145188129576};
+#define CLRAD_GAUSS_BLOCKS 4
+#define CLRAD_8_TIMES(x) x, x, x, x, x, x, x, x
+#define CLRAD_AT_1 0.019855071751231884158
+#define CLRAD_AT_2 0.1016667612931866302
+#define CLRAD_AT_3 0.23723379504183550709
+#define CLRAD_AT_4 0.40828267875217509753
+#define CLRAD_AT_ALL \
+  CLRAD_AT_1, CLRAD_AT_2, CLRAD_AT_3, CLRAD_AT_4, 1 - CLRAD_AT_4, 1 - CLRAD_AT_3, 1 - CLRAD_AT_2, 1 - CLRAD_AT_1
+#define CLRAD_WEIGHT_1 0.050614268145188129576
+#define CLRAD_WEIGHT_2 0.11119051722668723527
+#define CLRAD_WEIGHT_3 0.15685332293894364367
+#define CLRAD_WEIGHT_4 0.18134189168918099148
+#define CLRAD_WEIGHTS(w)                                                                                  \
+  w* CLRAD_WEIGHT_1, w* CLRAD_WEIGHT_2, w* CLRAD_WEIGHT_3, w* CLRAD_WEIGHT_4, w* CLRAD_WEIGHT_4, w* CLRAD_WEIGHT_3, \
+      w* CLRAD_WEIGHT_2, w* CLRAD_WEIGHT_1
+__constant REAL clrad_gauss_u[64] = {
+    CLRAD_8_TIMES(CLRAD_AT_1),     CLRAD_8_TIMES(CLRAD_AT_2),     CLRAD_8_TIMES(CLRAD_AT_3),
+    CLRAD_8_TIMES(CLRAD_AT_4),     CLRAD_8_TIMES(1 - CLRAD_AT_4), CLRAD_8_TIMES(1 - CLRAD_AT_3),
+    CLRAD_8_TIMES(1 - CLRAD_AT_2), CLRAD_8_TIMES(1 - CLRAD_AT_1)};
+__constant REAL clrad_gauss_v[64] = {CLRAD_AT_ALL, CLRAD_AT_ALL, CLRAD_AT_ALL, CLRAD_AT_ALL,
+                                     CLRAD_AT_ALL, CLRAD_AT_ALL, CLRAD_AT_ALL, CLRAD_AT_ALL};
+__constant REAL clrad_gauss_weight[64] = {CLRAD_WEIGHTS(CLRAD_WEIGHT_1), CLRAD_WEIGHTS(CLRAD_WEIGHT_2),
+                                          CLRAD_WEIGHTS(CLRAD_WEIGHT_3), CLRAD_WEIGHTS(CLRAD_WEIGHT_4),
+                                          CLRAD_WEIGHTS(CLRAD_WEIGHT_4), CLRAD_WEIGHTS(CLRAD_WEIGHT_3),
+                                          CLRAD_WEIGHTS(CLRAD_WEIGHT_2), CLRAD_WEIGHTS(CLRAD_WEIGHT_1)};
 #define CLRAD_FACTOR_TOLERANCE 5e-13
 #else
-#define CLRAD_GAUSS 4
-__constant REAL clrad_gauss_at[CLRAD_GAUSS] = {0.0694318442f, 0.3300094782f, 0.6699905218f, 0.9305681558f};
-__constant REAL clrad_gauss_weight[CLRAD_GAUSS] = {0.1739274226f, 0.3260725774f, 0.3260725774f, 0.1739274226f};
+#define CLRAD_GAUSS_BLOCKS 1
+__constant REAL clrad_gauss_u[16] = {0.0694318442f, 0.0694318442f, 0.0694318442f, 0.0694318442f,
+                                     0.3300094782f, 0.3300094782f, 0.3300094782f, 0.3300094782f,
+                                     0.6699905218f, 0.6699905218f, 0.6699905218f, 0.6699905218f,
+                                     0.9305681558f, 0.9305681558f, 0.9305681558f, 0.9305681558f};
+__constant REAL clrad_gauss_v[16] = {0.0694318442f, 0.3300094782f, 0.6699905218f, 0.9305681558f,
+                                     0.0694318442f, 0.3300094782f, 0.6699905218f, 0.9305681558f,
+                                     0.0694318442f, 0.3300094782f, 0.6699905218f, 0.9305681558f,
+                                     0.0694318442f, 0.3300094782f, 0.6699905218f, 0.9305681558f};
+__constant REAL clrad_gauss_weight[16] = {0.0302507483f, 0.0567129630f, 0.0567129630f, 0.0302507483f,
+                                          0.0567129630f, 0.1063233258f, 0.1063233258f, 0.0567129630f,
+                                          0.0567129630f, 0.1063233258f, 0.1063233258f, 0.0567129630f,
+                                          0.0302507483f, 0.0567129630f, 0.0567129630f, 0.0302507483f};
 #define CLRAD_FACTOR_TOLERANCE 5e-6f
+#endif
+
+#ifndef CLRAD_HOST_COMPILED
+#ifdef CLRAD_FP64
+typedef double16 clrad_many;
+#else
+typedef float16 clrad_many;
+#endif
+static inline REAL clrad_lanes_sum(clrad_many x) {
+#ifdef CLRAD_FP64
+  const double8 a = x.lo + x.hi;
+  const double4 b = a.lo + a.hi;
+  const double2 c = b.lo + b.hi;
+#else
+  const float8 a = x.lo + x.hi;
+  const float4 b = a.lo + a.hi;
+  const float2 c = b.lo + b.hi;
+#endif
+  return c.x + c.y;
+}
 #endif
 
 #define CLRAD_CELL_LEVELS 24u /* a coordinate of a cell in units of 2^-24 is exact in float */
@@ -58,20 +107,17 @@ __constant REAL clrad_gauss_weight[CLRAD_GAUSS] = {0.1739274226f, 0.3260725774f,
  * bilinear, too). Only sums of products of positive numbers in z and J, so that neither loses digits. */
 REAL clrad_cell_sum(const clrad_vector* r, const REAL* z, const REAL* jacobian) {
   REAL sum = 0;
-  for (int i = 0; i < CLRAD_GAUSS; i++) {
-    const REAL u = clrad_gauss_at[i], u_ = 1 - u;
-    const clrad_vector a = clrad_plus(clrad_scaled(r[0], u_), clrad_scaled(r[1], u));
-    const clrad_vector b = clrad_plus(clrad_scaled(r[3], u_), clrad_scaled(r[2], u));
-    const REAL za = z[0] * u_ + z[1] * u, zb = z[3] * u_ + z[2] * u;
-    const REAL ja = jacobian[0] * u_ + jacobian[1] * u, jb = jacobian[3] * u_ + jacobian[2] * u;
-    REAL row = 0;
-    for (int k = 0; k < CLRAD_GAUSS; k++) {
-      const REAL v = clrad_gauss_at[k], v_ = 1 - v;
-      const clrad_vector x = clrad_plus(clrad_scaled(a, v_), clrad_scaled(b, v));
-      const REAL r2 = clrad_dot(x, x);
-      row += clrad_gauss_weight[k] * ((za * v_ + zb * v) * (ja * v_ + jb * v)) / (r2 * r2);
-    }
-    sum += clrad_gauss_weight[i] * row;
+  for (int block = 0; block < CLRAD_GAUSS_BLOCKS; block++) {
+    const clrad_many u = vload16(block, clrad_gauss_u), v = vload16(block, clrad_gauss_v);
+    const clrad_many u_ = 1 - u, v_ = 1 - v;
+    const clrad_many c0 = u_ * v_, c1 = u * v_, c2 = u * v, c3 = u_ * v;
+    const clrad_many x = r[0].x * c0 + r[1].x * c1 + r[2].x * c2 + r[3].x * c3;
+    const clrad_many y = r[0].y * c0 + r[1].y * c1 + r[2].y * c2 + r[3].y * c3;
+    const clrad_many w = r[0].z * c0 + r[1].z * c1 + r[2].z * c2 + r[3].z * c3;
+    const clrad_many above = z[0] * c0 + z[1] * c1 + z[2] * c2 + z[3] * c3;
+    const clrad_many area = jacobian[0] * c0 + jacobian[1] * c1 + jacobian[2] * c2 + jacobian[3] * c3;
+    const clrad_many r2 = x * x + y * y + w * w;
+    sum += clrad_lanes_sum(vload16(block, clrad_gauss_weight) * (above * area) / (r2 * r2));
   }
   return sum;
 }
@@ -108,16 +154,17 @@ REAL clrad_quartered_sum(const clrad_vector* r, const REAL* z, const REAL* jacob
 
 /* ---- the careful way ---------------------------------------------------------------------------------------------- */
 
-/* The value at (u, v), exact in REAL, of the bilinear function with these corner values. */
-clrad_pair clrad_bilinear(clrad_pair c0, clrad_pair c1, clrad_pair c2, clrad_pair c3, REAL u, REAL v) {
-  const clrad_pair a = clrad_pair_add(clrad_pair_times(c0, 1 - u), clrad_pair_times(c1, u));
-  const clrad_pair b = clrad_pair_add(clrad_pair_times(c3, 1 - u), clrad_pair_times(c2, u));
-  return clrad_pair_add(clrad_pair_times(a, 1 - v), clrad_pair_times(b, v));
+/* The value at (u, v), exact in REAL, of the bilinear function with value c, slopes along u and v and twist there. */
+REAL clrad_bilinear(clrad_pair c, clrad_pair along_u, clrad_pair along_v, clrad_pair twist, REAL u, REAL v) {
+  const clrad_pair a = clrad_pair_add(c, clrad_pair_times(along_u, u));
+  const clrad_pair b = clrad_pair_add(along_v, clrad_pair_times(twist, u));
+  return clrad_pair_add(a, clrad_pair_times(b, v)).hi;
 }
 
 /* pi F by the area form. r: a convex quadrilateral (or triangle with its last corner repeated) above the horizon,
  * z = n . r at its corners. Cells are bisected until far; a dyadic cell knows its parent, so no stack is needed.
- * Neighbouring cells compute a common corner alike, and corners near the receiver keep their relative accuracy. */
+ * A cell's first corner is taken in pairs, as it may be near the receiver; the others lie a plain step from it, and steps
+ * of a far cell are short against its distance. */
 REAL clrad_area_form(const clrad_pair_vector* r, const clrad_pair* z) {
   const clrad_pair_vector e01 = clrad_pair_vector_sub(r[1], r[0]), e12 = clrad_pair_vector_sub(r[2], r[1]);
   const clrad_pair_vector e03 = clrad_pair_vector_sub(r[3], r[0]), e32 = clrad_pair_vector_sub(r[2], r[3]);
@@ -137,6 +184,8 @@ REAL clrad_area_form(const clrad_pair_vector* r, const clrad_pair* z) {
   const REAL height = -clrad_pair_dot(normal, r[nearest]).hi;
   if (!(height > 0)) return 0;
   const clrad_vector n = clrad_rounded(normal);
+  const clrad_pair_vector bend = clrad_pair_vector_sub(e12, e03);
+  const clrad_vector along_u = clrad_rounded(e01), along_v = clrad_rounded(e03), twist = clrad_rounded(bend);
   REAL j[4];
   j[0] = clrad_pair_dot(normal, clrad_pair_cross(e01, e03)).hi;
   j[1] = clrad_pair_dot(normal, clrad_pair_cross(e01, e12)).hi;
@@ -148,14 +197,18 @@ REAL clrad_area_form(const clrad_pair_vector* r, const clrad_pair* z) {
   ulong split_in_v = 0; /* bit l: the split at depth l went across v */
   for (;;) {
     const REAL width_u = (REAL)1 / (REAL)(1u << level_u), width_v = (REAL)1 / (REAL)(1u << level_v);
+    const REAL u0 = (REAL)at_u * width_u, v0 = (REAL)at_v * width_v;
     clrad_vector cell[4];
     REAL cell_z[4], cell_j[4];
+    cell[0] = clrad_make(clrad_bilinear(r[0].x, e01.x, e03.x, bend.x, u0, v0),
+                         clrad_bilinear(r[0].y, e01.y, e03.y, bend.y, u0, v0),
+                         clrad_bilinear(r[0].z, e01.z, e03.z, bend.z, u0, v0));
+    cell[1] = clrad_plus(cell[0], clrad_scaled(clrad_plus(along_u, clrad_scaled(twist, v0)), width_u));
+    cell[3] = clrad_plus(cell[0], clrad_scaled(clrad_plus(along_v, clrad_scaled(twist, u0)), width_v));
+    cell[2] = clrad_plus(cell[1], clrad_scaled(clrad_plus(along_v, clrad_scaled(twist, u0 + width_u)), width_v));
     for (int i = 0; i < 4; i++) {
-      const REAL u = (REAL)(at_u + (i == 1 || i == 2)) * width_u, v = (REAL)(at_v + (i >= 2)) * width_v;
-      cell[i] = clrad_make(clrad_bilinear(r[0].x, r[1].x, r[2].x, r[3].x, u, v).hi,
-                           clrad_bilinear(r[0].y, r[1].y, r[2].y, r[3].y, u, v).hi,
-                           clrad_bilinear(r[0].z, r[1].z, r[2].z, r[3].z, u, v).hi);
-      cell_z[i] = clrad_bilinear(z[0], z[1], z[2], z[3], u, v).hi;
+      const REAL u = i == 1 || i == 2 ? u0 + width_u : u0, v = i >= 2 ? v0 + width_v : v0;
+      cell_z[i] = (1 - v) * ((1 - u) * z[0].hi + u * z[1].hi) + v * ((1 - u) * z[3].hi + u * z[2].hi);
       cell_j[i] = (1 - v) * ((1 - u) * j[0] + u * j[1]) + v * ((1 - u) * j[3] + u * j[2]);
     }
     const clrad_vector a = clrad_minus(cell[1], cell[0]), b = clrad_minus(cell[2], cell[3]);
@@ -364,9 +417,9 @@ REAL clrad_careful_factor(__global const REAL* shooter, clrad_vector p, clrad_ve
 
 clrad_vector clrad_load(__global const REAL* at) { return clrad_make(at[0], at[1], at[2]); }
 
-/* pi F / height for one quadrilateral of the shooter's plane: r0 + q its corners, z their heights. */
+/* pi F / height for one quadrilateral of the shooter's plane: r0 + q its corners, z their heights. far: in one cell. */
 REAL clrad_far_quad(clrad_vector r0, clrad_vector a, clrad_vector b, clrad_vector c, clrad_vector d, REAL za, REAL zb,
-                    REAL zc, REAL zd, clrad_vector front) {
+                    REAL zc, REAL zd, clrad_vector front, int far) {
   const clrad_vector ab = clrad_minus(b, a), ad = clrad_minus(d, a), bc = clrad_minus(c, b), dc = clrad_minus(c, d);
   clrad_vector r[4];
   r[0] = clrad_plus(r0, a);
@@ -382,12 +435,12 @@ REAL clrad_far_quad(clrad_vector r0, clrad_vector a, clrad_vector b, clrad_vecto
   j[1] = clrad_dot(front, clrad_cross(ab, bc));
   j[2] = clrad_dot(front, clrad_cross(dc, bc));
   j[3] = clrad_dot(front, clrad_cross(dc, ad));
-  return clrad_cell_sum(r, z, j);
+  return far ? clrad_cell_sum(r, z, j) : clrad_quartered_sum(r, z, j);
 }
 
-/* The same for a far shooter that the horizon cuts; z: heights of its corners, accurate each. Cut corners are measured
+/* The same for a shooter that the horizon cuts; z: heights of its corners, accurate each. Cut corners are measured
  * from corner 0 along the edges, which keeps small differences of far points accurate. */
-REAL clrad_far_clipped(__global const REAL* shooter, clrad_vector r0, const REAL* z, clrad_vector front) {
+REAL clrad_far_clipped(__global const REAL* shooter, clrad_vector r0, const REAL* z, clrad_vector front, int far) {
   clrad_vector corner[4], q[5];
   REAL height[5];
   corner[0] = clrad_make(0, 0, 0);
@@ -409,9 +462,9 @@ REAL clrad_far_clipped(__global const REAL* shooter, clrad_vector r0, const REAL
   }
   if (count < 3) return 0;
   const int last = count == 3 ? 2 : 3;
-  REAL sum = clrad_far_quad(r0, q[0], q[1], q[2], q[last], height[0], height[1], height[2], height[last], front);
+  REAL sum = clrad_far_quad(r0, q[0], q[1], q[2], q[last], height[0], height[1], height[2], height[last], front, far);
   if (count == 5)
-    sum += clrad_far_quad(r0, q[0], q[3], q[4], q[4], height[0], height[3], height[4], height[4], front);
+    sum += clrad_far_quad(r0, q[0], q[3], q[4], q[4], height[0], height[3], height[4], height[4], front, far);
   return sum;
 }
 
@@ -445,7 +498,9 @@ REAL clrad_exact_factor(__global const REAL* shooter, clrad_vector p, clrad_vect
   const int off_plane = height * height > 64 * CLRAD_EPSILON * CLRAD_EPSILON * middle2; /* its sign is sure */
   if (!some_above || (height < 0 && off_plane)) return 0;
 
-  if (middle2 >= shooter[CLRAD_SHOOTER_FAR2]) {
+  /* At 1.9 edges the quarters are far: their middles are at most a quarter diagonal, 0.36 edges, nearer, and 1.54 edges
+   * are 3 of theirs. */
+  if (middle2 >= CLRAD_R(0.4012) * shooter[CLRAD_SHOOTER_FAR2]) {
     /* At grazing angles the distances from the two planes lose digits: those alone are taken in pairs. */
     const REAL h = 64 * height * height > middle2 ? height : clrad_height(shooter, p, p_lo);
     if (!(h > 0)) return 0;
@@ -460,16 +515,11 @@ REAL clrad_exact_factor(__global const REAL* shooter, clrad_vector p, clrad_vect
       /* A sliver of the shooter: its own size is lost in differences of corners. */
       if (high < CLRAD_R(0.125) * (high - low)) return clrad_careful_factor(shooter, p, p_lo, n);
     }
+    const int far = middle2 >= shooter[CLRAD_SHOOTER_FAR2];
+    if (!steep) return clrad_far_clipped(shooter, r[0], z, front, far) * h / CLRAD_PI;
     REAL j[4];
     for (int i = 0; i < 4; i++) j[i] = shooter[CLRAD_SHOOTER_JACOBIAN + i];
-    return (steep ? clrad_cell_sum(r, z, j) : clrad_far_clipped(shooter, r[0], z, front)) * h / CLRAD_PI;
-  }
-  /* At 1.9 edges the quarters are far: their middles are at most a quarter diagonal, 0.36 edges, nearer, and 1.54 edges
-   * are 3 of theirs. */
-  if (steep && 64 * height * height > middle2 && middle2 >= CLRAD_R(0.4012) * shooter[CLRAD_SHOOTER_FAR2]) {
-    REAL j[4];
-    for (int i = 0; i < 4; i++) j[i] = shooter[CLRAD_SHOOTER_JACOBIAN + i];
-    return clrad_quartered_sum(r, z, j) * height / CLRAD_PI;
+    return (far ? clrad_cell_sum(r, z, j) : clrad_quartered_sum(r, z, j)) * h / CLRAD_PI;
   }
   if (above && off_plane) {
     REAL sum = 0, bound = 0;

@@ -4,7 +4,9 @@
  * One work-item a receiver from `first` on, for one shooter: where the receiver is nearer than `reach` to the shooter's box,
  *   H += fade F shot (B_near / B_mean - 1),  B_near = sum F_e B_e / sum F_e  over the shooter's elements,
  * with F the kept column (so what is hidden stays hidden) and F_e unoccluded. B_e counts an element's exposed part; a
- * piece that is covered has B_e < 0 and is left out. Arrays: radiosity[b * nodes + node], shot[b * patches + patch]. */
+ * piece that is covered has B_e < 0 and is left out. Arrays: radiosity[b * nodes + node], shot[b * patches + patch].
+ *
+ * keep_near clears the flags of receivers that are not that near: where a column was not kept, it is traced at the others. */
 #include "shared/factor.cl"
 
 #define CLRAD_MOST_BANDS 16
@@ -30,6 +32,25 @@ static REAL cell_factor(__global const REAL* cell, CLRAD_POINT_T p) {
   return above > 0 && facing > 0 ? CLRAD_R(0.31830988618379067) * cell[CLRAD_SHOOTER_AREA] * above * facing / (r2 * r2) : 0;
 }
 
+/* Square of the distance of p from the box of a patch: its low corner, then its high one. */
+static REAL box_distance2(__global const REAL* box, CLRAD_POINT_T p) {
+  const REAL at[3] = {p.x, p.y, p.z};
+  REAL d2 = 0;
+  for (int a = 0; a < 3; a++) {
+    const REAL low = box[a] - at[a], high = at[a] - box[3 + a];
+    const REAL d = low > 0 ? low : high > 0 ? high : 0;
+    d2 += d * d;
+  }
+  return d2;
+}
+
+__kernel void keep_near(__global const CLRAD_POINT_T* receivers, __global const REAL* box, uint patch, REAL reach,
+                        __global uint* flags, uint first, uint count) {
+  const uint i = get_global_id(0);
+  if (i >= count || !flags[i]) return;
+  flags[i] = box_distance2(box + 6 * patch, receivers[first + i]) < reach * reach;
+}
+
 __kernel void near_field(__global const CLRAD_POINT_T* receivers, __global const REAL* column,
                          __global const REAL* shooters, uint first_node, uint elements, __global const REAL* radiosity,
                          uint nodes, __global const REAL* mean, __global const REAL* shot, uint patch, uint patches,
@@ -40,13 +61,7 @@ __kernel void near_field(__global const CLRAD_POINT_T* receivers, __global const
   const REAL f = column[v];
   if (f == 0) return;
   const CLRAD_POINT_T p = receivers[v];
-  const REAL at[3] = {p.x, p.y, p.z};
-  REAL d2 = 0;
-  for (int a = 0; a < 3; a++) {
-    const REAL low = box[6 * patch + a] - at[a], high = at[a] - box[6 * patch + 3 + a];
-    const REAL d = low > 0 ? low : high > 0 ? high : 0;
-    d2 += d * d;
-  }
+  const REAL d2 = box_distance2(box + 6 * patch, p);
   if (d2 >= reach * reach) return;
   /* Fades out over the outer half, or the border of the near field would show as a line. */
   const REAL d = sqrt(d2), fade = 2 * d <= reach ? 1 : 2 - 2 * d / reach;

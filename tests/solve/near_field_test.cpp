@@ -64,5 +64,20 @@ TEST(NearField, ChangesNothingInAFurnace) {
     EXPECT_NEAR(with.vertex_irradiance[v], without.vertex_irradiance[v], 2e-5);
 }
 
+// Columns that memory did not hold are traced again where they are near: the same bits.
+TEST(NearField, SameBitsWhereColumnsAreNotKept) {
+  const Scene scene = load_scene(std::string(CLRAD_SCENES) + "/block_room.obj");
+  SolveOptions options;
+  options.engine = "serial";
+  options.mesh = {0.5, 1.0 / 16};
+  Device roomy;
+  const Solution kept = solve(roomy, scene, options);
+  // What 256 columns of 19,000 vertices take is 19 MiB; half of what is left goes to columns.
+  Device tight({.memory_bytes = 32u << 20});
+  const Solution traced = solve(tight, scene, options);
+  EXPECT_GT(traced.report.rays, kept.report.rays);  // some were not kept
+  EXPECT_EQ(traced.vertex_irradiance, kept.vertex_irradiance);
+}
+
 }  // namespace
 }  // namespace clrad
