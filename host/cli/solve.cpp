@@ -137,8 +137,9 @@ void print_summary(const Solution& s) {
     fmt::print(
         "still over the tolerance: {} at the maximum level, {} at the minimum area, {} at the minimum "
         "projected "
-        "area, {} for want of memory\n",
-        f.stopped_by_max_level, f.stopped_by_min_area, f.stopped_by_min_projected_area, f.stopped_by_memory);
+        "area, {} for want of memory, {} as the last few\n",
+        f.stopped_by_max_level, f.stopped_by_min_area, f.stopped_by_min_projected_area, f.stopped_by_memory,
+        f.left_as_few);
   }
   fmt::print("\n");
   fmt::print("{:<52} {:>9} {:>9}\n", "where the time went", "launches", "seconds");

@@ -29,8 +29,10 @@ Gatherer::Gatherer(Device& device, const Mesh& mesh)
 void Gatherer::gather(const RealArray& vertex_values, RealArray& patch_values, std::uint64_t at) {
   device_.run("mesh/gather.cl", "gather_elements", elements_, vertex_values, vertex_, weight_,
               element_values_, elements_);
-  device_.run("mesh/gather.cl", "gather_patches", patches_, element_values_, share_, first_element_,
-              patch_values, at, patches_);
+  // Few patches of many elements would be one work-group, on one compute unit.
+  device_.run_local("mesh/gather.cl", "gather_patches", patches_,
+                    device_.options().shape == Shape::blocks ? 4 : 0, element_values_, share_, first_element_,
+                    patch_values, at, patches_);
 }
 
 }  // namespace clrad

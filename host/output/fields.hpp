@@ -116,11 +116,12 @@ void visit_fields(Visit& visit, M& error) {
 template <class Visit, OneOf<decltype(Report::refinement)> M>
 void visit_fields(Visit& visit, M& refinement) {
   auto& [refinements, elements_split, vertices_added, rays, by_max_level, by_min_area, by_min_projected_area,
-         by_memory] = refinement;
+         by_memory, as_few] = refinement;
   visit("refinements", refinements), visit("elements_split", elements_split);
   visit("vertices_added", vertices_added), visit("rays", rays);
   visit("stopped_by_max_level", by_max_level), visit("stopped_by_min_area", by_min_area);
   visit("stopped_by_min_projected_area", by_min_projected_area), visit("stopped_by_memory", by_memory);
+  visit("left_as_few", as_few);
 }
 
 template <class Visit, OneOf<Report> M>

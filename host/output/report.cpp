@@ -120,7 +120,8 @@ std::string report_json(const Solution& solution) {
                          {{"max_level", refinement.stopped_by_max_level},
                           {"min_area", refinement.stopped_by_min_area},
                           {"min_projected_area", refinement.stopped_by_min_projected_area},
-                          {"memory", refinement.stopped_by_memory}}}};
+                          {"memory", refinement.stopped_by_memory},
+                          {"few_left", refinement.left_as_few}}}};
   json["seconds"] = {{"import", report.seconds.import},
                      {"build", report.seconds.build},
                      {"solve", report.seconds.solve},

@@ -1,10 +1,12 @@
 #include "solve/refine.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <numeric>
 
+#include "mesh/average.hpp"
 #include "mesh/lattice.hpp"
 #include "mesh/subdivide.hpp"
 #include "solve/covered.hpp"
@@ -16,6 +18,10 @@ namespace {
 
 // Verdicts of refine.cl.
 enum Verdict : std::uint32_t { keep, split, at_max_level, at_min_area, at_min_projected_area };
+
+// Share of the elements below which those to split are left once the solution has converged: splits beget a few more,
+// round after round, each at the cost of judging the whole mesh.
+constexpr double few = 1.0 / 500;
 
 struct Marks {
   std::vector<float> difference;
@@ -68,7 +74,7 @@ Marks mark(SolveState& state, const Frame& frame, double tolerated) {
   const AdaptiveOptions& options = state.options.adaptive;
   const Mesh& mesh = state.mesh;
   const auto elements = std::uint32_t(mesh.elements.size());
-  std::vector<std::uint32_t> vertex, patch, levels_left, made_here, parents;
+  std::vector<std::uint32_t> vertex, patch, level, levels_left, made_at, parents;
   std::vector<double> area, reflectance(std::size_t(state.bands) * state.patches);
   for (const PolygonMesh& polygon : mesh.polygons) {
     const std::uint32_t last = std::min(first_level(polygon) + options.max_level, lattice_depth);
@@ -77,11 +83,8 @@ Marks mark(SolveState& state, const Frame& frame, double tolerated) {
       vertex.insert(vertex.end(), e.vertex.begin(), e.vertex.end());
       patch.push_back(e.patch);
       area.push_back(e.area_m2);
+      level.push_back(e.level);
       levels_left.push_back(last - std::min(last, e.level));
-      for (const std::uint32_t v : e.vertex) {
-        const auto& at = mesh.lattice[v == 0xffffffffu ? e.vertex[0] : v];
-        made_here.push_back(((at[0] | at[1]) & lattice_unit(e.level)) != 0);
-      }
     }
   }
   for (std::uint32_t p = 0; p < state.patches; ++p) {
@@ -89,11 +92,16 @@ Marks mark(SolveState& state, const Frame& frame, double tolerated) {
     for (std::uint32_t b = 0; b < state.bands; ++b)
       reflectance[std::size_t(b) * state.patches + p] = m.reflectance[b];
   }
+  for (const auto& at : mesh.lattice) {
+    const auto zeros = std::uint32_t(std::countr_zero(at[0] | at[1]));
+    made_at.push_back(lattice_depth - std::min(zeros, lattice_depth));
+  }
   for (const auto& of : mesh.parents) parents.insert(parents.end(), of.begin(), of.end());
   const Array<std::uint32_t> parents_device(state.device, parents, "parents of vertices"),
-      made_device(state.device, made_here, "levels of vertices"),
+      made_device(state.device, made_at, "levels of vertices"),
       vertex_device(state.device, vertex, "element corners"),
       patch_device(state.device, patch, "element patches"),
+      level_device(state.device, level, "element levels"),
       left_device(state.device, levels_left, "element levels");
   const RealArray area_device(state.device, area, "element areas"),
       reflectance_device(state.device, reflectance, "reflectances"),
@@ -102,9 +110,9 @@ Marks mark(SolveState& state, const Frame& frame, double tolerated) {
   Array<std::uint32_t> verdict(state.device, elements, "elements to split");
   state.device.run("solve/refine.cl", "mark_elements", elements, state.vertex_irradiance, vertex_device,
                    made_device, parents_device, state.covered, patch_device, reflectance_device, area_device,
-                   left_device, state.receivers, camera, state.vertices, state.patches, state.bands,
-                   Real{tolerated}, Real{options.min_area_m2}, Real{options.min_projected_area_px},
-                   difference, verdict, elements);
+                   level_device, left_device, state.receivers, camera, state.vertices, state.patches,
+                   state.bands, Real{tolerated}, Real{options.min_area_m2},
+                   Real{options.min_projected_area_px}, difference, verdict, elements);
   return {difference.download(), verdict.download()};
 }
 
@@ -189,7 +197,8 @@ bool refine(SolveState& state, Solution& solution, const std::vector<OccluderTri
   report.stopped_by_max_level = count(at_max_level);
   report.stopped_by_min_area = count(at_min_area);
   report.stopped_by_min_projected_area = count(at_min_projected_area);
-  if (count(split) == 0) return false;
+  report.left_as_few = converged && count(split) < marks.verdict.size() * few ? count(split) : 0;
+  if (count(split) == report.left_as_few) return false;
 
   std::vector<std::uint32_t> chosen(marks.verdict.size());
   std::transform(marks.verdict.begin(), marks.verdict.end(), chosen.begin(),
@@ -206,6 +215,7 @@ bool refine(SolveState& state, Solution& solution, const std::vector<OccluderTri
   state.covered_on_host.insert(state.covered_on_host.end(), covered.begin(), covered.end());
   weigh_exposed(state.device, state.scene, state.mesh, triangles, state.engine, state.covered_on_host,
                 children_in(subdivision.owner));
+  average_by_parents(state.mesh, state.covered_on_host);
   state.take_mesh();
   if (state.options.adaptive.interpolate_new) {
     std::vector<std::uint32_t> parents;

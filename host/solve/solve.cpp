@@ -8,6 +8,7 @@
 
 #include "clrad/frame.hpp"
 #include "clrad/solver.hpp"
+#include "mesh/average.hpp"
 #include "mesh/build.hpp"
 #include "scene/planes.hpp"
 #include "solve/checkpoint.hpp"
@@ -116,6 +117,7 @@ Solution solve(Device& device, const Scene& scene, const SolveOptions& options) 
     std::vector<std::uint32_t> all(solution.mesh.elements.size());
     std::iota(all.begin(), all.end(), 0u);
     weigh_exposed(device, scene, solution.mesh, triangles, *engine, solution.vertex_covered, all);
+    average_by_parents(solution.mesh, solution.vertex_covered);
   }
 
   SolveState state(device, scene, solution.mesh, solution.bands, *engine, options, solution.vertex_covered,

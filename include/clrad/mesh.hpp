@@ -55,8 +55,8 @@ struct Element {
   std::uint32_t code =
       0;  ///< the child taken at each level, two bits each from bit 2 lattice_depth - 1 downwards
   double area_m2 = 0;
-  /// Area average of the interpolant = sum of weight x corner value; sums to 1. Where something covers the element in part,
-  /// its exposed corners stand for the exposed share of the area.
+  /// Area average = sum of weight x corner value; sums to 1. Four siblings' together are a quadratic rule on their parent
+  /// (host/mesh/average.cpp). Where something covers the element in part, its exposed corners stand for the exposed share.
   std::array<double, 4> weight{};
 };
 

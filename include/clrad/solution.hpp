@@ -68,6 +68,7 @@ struct Report {
     /// Elements over the tolerance at the end that were not split, by what stopped them.
     std::uint64_t stopped_by_max_level = 0, stopped_by_min_area = 0, stopped_by_min_projected_area = 0,
                   stopped_by_memory = 0;
+    std::uint64_t left_as_few = 0;  ///< over it, too: fewer than 1 in 500 were left when the solution had converged
   } refinement;
   std::vector<Invariant> invariants;
   std::vector<std::string> warnings;

@@ -47,14 +47,14 @@ static REAL projected_area(__global const REAL* camera, __global const CLRAD_POI
   return twice > 0 ? twice / 2 : 0; /* counter-clockwise: the front is seen */
 }
 
-/* The most by which irradiance at the vertices that were made for this element's level differs from what the level above
- * interpolated there; huge where there is no level above, or where something covers one of them. */
-static REAL surprise(__global const REAL* irradiance, __global const uint* vertex, __global const uint* made_here,
-                     __global const uint* parents, __global const uint* covered, uint corners) {
+/* Of the corners that were made at `level`, the most by which irradiance differs from what the level above interpolated
+ * there; huge where there is no level above, or where something covers one of them; negative where none was made then. */
+static REAL surprise(__global const REAL* irradiance, __global const uint* vertex, __global const uint* made_at,
+                     __global const uint* parents, __global const uint* covered, uint corners, uint level) {
   REAL most = -1;
   for (uint k = 0; k < corners; k++) {
-    if (!made_here[k]) continue;
     const uint v = vertex[k];
+    if (v == CLRAD_NONE || made_at[v] != level) continue;
     __global const uint* of = parents + 4 * v;
     if (of[0] == CLRAD_NONE) return (REAL)1e30f;
     uint dark = covered[v];
@@ -67,14 +67,30 @@ static REAL surprise(__global const REAL* irradiance, __global const uint* verte
     const REAL d = fabs(irradiance[v] - mean / 4);
     most = d > most ? d : most;
   }
-  return most < 0 ? (REAL)1e30f : most;
+  return most;
+}
+
+/* How far off the element's own interpolant seems to be: its own vertices' surprise, times by how much a level lessens it.
+ * Where irradiance is smooth it helps (a half is taken, a quarter is the limit); at a shadow's edge it hardly does. */
+static REAL expected_error(__global const REAL* irradiance, __global const uint* vertex, __global const uint* made_at,
+                           __global const uint* parents, __global const uint* covered, uint corners, uint level) {
+  const REAL here = surprise(irradiance, vertex, made_at, parents, covered, corners, level);
+  if (here < 0 || here > (REAL)1e29f || level == 0) return (REAL)1e30f;
+  REAL above = -1;
+  for (uint k = 0; k < corners; k++) { /* the corners of the element that this one is a child of are parents of its own */
+    if (made_at[vertex[k]] != level) continue;
+    const REAL s = surprise(irradiance, parents + 4 * vertex[k], made_at, parents, covered, 4, level - 1);
+    above = s > above ? s : above;
+  }
+  if (above > (REAL)1e29f || here >= above) return here;
+  return 2 * here < above ? here / 2 : here * (here / above);
 }
 
 __kernel void mark_elements(__global const REAL* irradiance, __global const uint* vertex,
-                            __global const uint* made_here, __global const uint* parents,
+                            __global const uint* made_at, __global const uint* parents,
                             __global const uint* covered, __global const uint* patch_of,
                             __global const REAL* reflectance, __global const REAL* area,
-                            __global const uint* levels_left, __global const CLRAD_POINT_T* receivers,
+                            __global const uint* level, __global const uint* levels_left, __global const CLRAD_POINT_T* receivers,
                             __global const REAL* camera, uint vertices, uint patches, uint bands, REAL tolerated,
                             REAL least_area, REAL least_projected, __global float* difference,
                             __global uint* verdict, uint elements) {
@@ -93,11 +109,11 @@ __kernel void mark_elements(__global const REAL* irradiance, __global const uint
     const REAL d = reflectance[b * patches + patch_of[e]] * (high - low);
     most = d > most ? d : most;
     const REAL s = reflectance[b * patches + patch_of[e]] *
-                   surprise(irradiance + (ulong)b * vertices, v, made_here + 4 * e, parents, covered, corners);
+                   expected_error(irradiance + (ulong)b * vertices, v, made_at, parents, covered, corners, level[e]);
     unexpected = s > unexpected ? s : unexpected;
   }
   most /= tolerated;
-  const int over = most > 1 && unexpected > tolerated;
+  const int over = most > 1 && 2 * unexpected > tolerated;
   difference[e] = over ? (float)most : 0.0f;
   uint result = over ? CLRAD_SPLIT : CLRAD_KEEP;
   if (over && levels_left[e] == 0)
