@@ -18,7 +18,7 @@ struct Meshed {
     scene = oracle::box_scene({1, 1, 1}, {0.5}, {1});
     Polygon p = scene.polygons[0];
     p.corners = std::uint32_t(corners.size());
-    std::copy(corners.begin(), corners.end(), p.corner);
+    std::copy(corners.begin(), corners.end(), p.corner.begin());
     scene.polygons = {p};
     mesh = build_mesh(scene, frame_of(scene), plane_ids(scene), {1, edge});
   }

@@ -37,7 +37,7 @@ Solution full_solution() {
   r.seconds = {0.1, 0.2, 0.3, 0.4, 1.0};
   r.energy = {true, {1, 2, 3}, {0.5, 0.6, 0.7}, {0.1, 0.1, -0.0}, {0, 1e-300, 5e-324}, 0.01};
   r.error = {0.02, {{"convergence", 0.01, true}, {"visibility", 0.017, false}}};
-  r.refinement = {1, 2, 3, 4, 5, 6, 7, 8};
+  r.refinement = {1, 2, 3, 4, 5, 6, 7, 8, 9};
   r.invariants = {{"row sums", 1.01, 1.0, false}};
   r.warnings = {"one", "two"};
   r.device_peak_bytes = 123, r.host_peak_bytes = 456;
@@ -144,10 +144,10 @@ TEST_F(SolutionFile, RoundTripKeepsEveryBit) {
   EXPECT_EQ(s.unshot_relative, t.unshot_relative);
   EXPECT_EQ(report_json(s), report_json(t));
   const auto refinement = [](const Solution& of) {
-    const auto [a, b, c, d, e, f, g, h] = of.report.refinement;
-    return std::vector<std::uint64_t>{a, b, c, d, e, f, g, h};
+    const auto [a, b, c, d, e, f, g, h, i] = of.report.refinement;
+    return std::vector<std::uint64_t>{a, b, c, d, e, f, g, h, i};
   };
-  EXPECT_EQ(refinement(t), (std::vector<std::uint64_t>{1, 2, 3, 4, 5, 6, 7, 8}));
+  EXPECT_EQ(refinement(t), (std::vector<std::uint64_t>{1, 2, 3, 4, 5, 6, 7, 8, 9}));
 }
 
 // What comes back says the same when it is written again: nothing of a file is lost, and nothing in it is left to chance.
