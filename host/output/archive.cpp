@@ -8,6 +8,7 @@
 #include <cstring>
 #include <filesystem>
 
+#include "output/json_depth.hpp"
 #include "version.hpp"
 
 namespace clrad {
@@ -199,8 +200,13 @@ void ArchiveReader::read(const std::string& name, void* to) {
 }
 
 nlohmann::json ArchiveReader::json(const std::string& name) {
+  const std::vector<std::uint8_t> bytes = array<std::uint8_t>(name);
+  if (nests_too_deeply({reinterpret_cast<const char*>(bytes.data()), bytes.size()},
+                       nlohmann::json::input_format_t::cbor))
+    fail(
+        fmt::format("section '{}' cannot be understood: it nests deeper than {} levels", name, deepest_json));
   try {
-    return nlohmann::json::from_cbor(array<std::uint8_t>(name));
+    return nlohmann::json::from_cbor(bytes);
   } catch (const nlohmann::json::exception& e) {
     fail(fmt::format("section '{}' cannot be understood: {}", name, e.what()));
   }

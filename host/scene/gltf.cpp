@@ -4,6 +4,7 @@
 
 #include <clrad/error.hpp>
 #include <cmath>
+#include <cstring>
 #include <filesystem>
 #include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>
@@ -11,6 +12,7 @@
 #include <glm/mat4x4.hpp>
 #include <numbers>
 
+#include "output/json_depth.hpp"
 #include "scene/gltf_geometry.hpp"
 #include "scene/quads.hpp"
 #include "scene/read_file.hpp"
@@ -26,14 +28,20 @@ bool leave_image(tinygltf::Image*, const int, std::string*, std::string*, int, i
   return true;
 }
 
-std::string one_line(std::string text) {
-  while (!text.empty() && (text.back() == '\n' || text.back() == ' ')) text.pop_back();
-  for (char& c : text) c = c == '\n' ? ' ' : c;
-  return text;
+// The JSON of a glTF or GLB file, whose chunks each begin with length and type.
+std::string_view json_of(const std::string& bytes, bool binary) {
+  constexpr std::size_t begin = 20;
+  std::uint32_t length = 0;
+  if (!binary) return bytes;
+  if (bytes.size() < begin) return {};
+  std::memcpy(&length, bytes.data() + 12, sizeof length);
+  return std::string_view(bytes).substr(begin, length);
 }
 
 tinygltf::Model parse(const std::string& path, bool binary) {
   const std::string bytes = read_file(path);
+  if (nests_too_deeply(json_of(bytes, binary), nlohmann::json::input_format_t::json))
+    throw InputError(fmt::format("{}: its JSON nests deeper than {} levels", path, deepest_json));
   tinygltf::Model model;
   tinygltf::TinyGLTF loader;
   loader.SetImageLoader(leave_image, nullptr);

@@ -205,7 +205,7 @@ RawScene read_obj(const std::string& path) {
   const bool triangulate = false, default_colors = false;
   if (!tinyobj::LoadObj(&attributes, &shapes, &materials, &warn, &err, &stream, &reader, triangulate,
                         default_colors)) {
-    throw InputError(fmt::format("{}: {}", path, err));
+    throw InputError(fmt::format("{}: {}", path, one_line(err)));
   }
 
   MaterialChoice material(scene, lines, reader);
