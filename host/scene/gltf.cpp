@@ -40,6 +40,10 @@ std::string_view json_of(const std::string& bytes, bool binary) {
 
 tinygltf::Model parse(const std::string& path, bool binary) {
   const std::string bytes = read_file(path);
+  std::uint32_t container = 2;
+  if (binary && bytes.size() >= 8) std::memcpy(&container, bytes.data() + 4, sizeof container);
+  if (binary && bytes.starts_with("glTF") && container != 2)
+    throw InputError(fmt::format("{}: is GLB of version {}; clrad reads version 2", path, container));
   if (nests_too_deeply(json_of(bytes, binary), nlohmann::json::input_format_t::json))
     throw InputError(fmt::format("{}: its JSON nests deeper than {} levels", path, deepest_json));
   tinygltf::Model model;
