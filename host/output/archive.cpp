@@ -118,7 +118,11 @@ ArchiveReader::ArchiveReader(const std::string& path, const std::string& kind) :
 }
 
 void ArchiveReader::fail(const std::string& reason) const {
-  throw InputError(fmt::format("{}: {}", path_, reason));
+  // Names in a damaged file may be anything.
+  std::string shown = reason;
+  for (char& c : shown)
+    if (c < ' ' || c > '~') c = '?';
+  throw InputError(fmt::format("{}: {}", path_, shown));
 }
 
 void ArchiveReader::read_at(std::uint64_t offset, void* to, std::uint64_t bytes) {

@@ -304,11 +304,17 @@ class Reader {
       return add(Severity::warning, "camera-ignored", item,
                  "only perspective cameras with yfov between 0 and pi are used");
     }
+    const glm::dvec3 back(world[2]), up(world[1]), eye(world[3]);
+    const double length = glm::length(back) * glm::length(up), size = glm::length(eye);
+    if (!(length > 0) || !std::isfinite(length) || !std::isfinite(size)) {
+      return add(Severity::warning, "camera-ignored", item,
+                 "its node's transform leaves no direction to look along");
+    }
     Camera camera;
     camera.name = node.name.empty() ? theirs.name : node.name;
-    camera.eye = glm::dvec3(world[3]);
-    camera.target = camera.eye - glm::normalize(glm::dvec3(world[2]));  // it looks along its -Z
-    camera.up = glm::normalize(glm::dvec3(world[1]));
+    camera.eye = eye;
+    camera.target = eye - glm::normalize(back);  // it looks along its -Z
+    camera.up = glm::normalize(up);
     camera.vertical_field_of_view_rad = angle;
     scene_.cameras.push_back(std::move(camera));
   }
