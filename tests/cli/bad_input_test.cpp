@@ -575,13 +575,19 @@ TEST_F(BadInput, ValuesThatDoNotSuitTheScene) {
   with(2, {"--memory", "0"}, "--memory");
   with(2, {"--memory", "1e300G"}, "--memory");
   with(2, {"--memory", "1000000G"}, "--memory");
-  with(2, {"--device", "abacus"}, "abacus");
-  with(2, {"--device", "99999"}, "no OpenCL device");
+  // These list the devices there are, one a line.
+  for (const char* device : {"abacus", "99999"}) {
+    const Outcome r = run({"solve", path("good.obj"), "-o", path("out"), "--quiet", "--device", device});
+    EXPECT_EQ(r.code, 2) << r.error;
+    EXPECT_NE(r.error.find(device), std::string::npos) << r.error;
+    EXPECT_FALSE(holds("out"));
+  }
   with(2, {"--cores", "1000000"}, "more than the");
   // Meshes that no machine holds are refused before they are begun.
   with(2, {"--patch-edge", "1e-9"}, "larger --patch-edge");
   with(2, {"--patch-edge", "1e-300"}, "larger --patch-edge");
-  with(2, {"--element-edge", "3e-5", "--patch-edge", "1e-4"}, "larger --element-edge");
+  // 297 GiB: half of what the machines are that would begin this one.
+  with(1, {"--element-edge", "3e-5", "--patch-edge", "1e-4"}, "larger --patch-edge and --element-edge");
   with(1, {"--memory", "1M"}, "allow more");
 }
 
