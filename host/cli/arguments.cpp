@@ -2,6 +2,7 @@
 
 #include <charconv>
 #include <cmath>
+#include <filesystem>
 #include <glm/geometric.hpp>
 
 #include "cli/cli.hpp"
@@ -34,8 +35,10 @@ std::uint64_t parse_bytes(const std::string& text) {
     if (unit == "M" || unit == "MiB") power = 20;
     if (unit == "G" || unit == "GiB") power = 30;
   }
-  if (power < 0) throw UsageError(fmt::format("--memory '{}' is not a size; write 512M or 2G", text));
-  return std::uint64_t(std::ldexp(value, power));
+  const double bytes = power < 0 ? 0 : std::ldexp(value, power);
+  if (!(bytes >= 1 && bytes < 0x1p63))
+    throw UsageError(fmt::format("--memory '{}' is not a size; write 512M or 2G", text));
+  return std::uint64_t(bytes);
 }
 
 std::pair<unsigned, unsigned> parse_size(const std::string& text) {
@@ -69,13 +72,14 @@ double parse_unit(const std::string& text) {
   double value = 1;
   std::string unit = text;
   split_number(text, value, unit);
+  // Together with the scene's coordinates it makes sizes, which are checked where the scene is.
   const double of = unit == "m" || unit.empty() ? 1
                     : unit == "cm"              ? 0.01
                     : unit == "mm"              ? 0.001
                     : unit == "in"              ? 0.0254
                     : unit == "ft"              ? 0.3048
                                                 : 0;
-  if (!(of > 0) || !(value > 0))
+  if (!(of > 0) || !(value * of > 0) || !std::isfinite(value * of))
     throw UsageError(
         fmt::format("--unit '{}' is not a length; write mm, cm, m, in, ft or metres as a number", text));
   return value * of;
@@ -110,11 +114,27 @@ Camera choose_camera(const std::string& text, const Scene& scene, double unit_m)
   // The up of the camera that shows the whole scene follows the scene's own up axis.
   camera.up = scene.cameras.empty() ? default_camera(scene).up : scene.cameras.front().up;
   if (v.size() == 7) camera.vertical_field_of_view_rad = v[6] * 3.14159265358979323846 / 180;
-  if (!(glm::length(camera.target - camera.eye) > 0))
-    throw UsageError("--camera: eye and target are the same point");
+  const glm::dvec3 look = camera.target - camera.eye;
+  if (!(glm::length(look) > 0)) throw UsageError("--camera: eye and target are the same point");
+  if (!std::isfinite(glm::length(look))) throw UsageError("--camera: eye and target are too far away");
+  // Straight along the up axis: what lies behind is at the top then.
+  if (!(glm::length(glm::cross(look, camera.up)) > 1e-9 * glm::length(look)))
+    camera.up = std::abs(look.y) > std::abs(look.z) ? glm::dvec3(0, 0, -1) : glm::dvec3(0, 1, 0);
   if (!(camera.vertical_field_of_view_rad > 0 && camera.vertical_field_of_view_rad < 3.1))
     throw UsageError("--camera: the field of view is between 0 and 178 degrees");
   return camera;
+}
+
+void check_place(const char* option, const std::string& path) {
+  namespace fs = std::filesystem;
+  if (path.empty()) return;
+  std::error_code ignored;
+  const fs::path folder = fs::path(path).parent_path();
+  if (!folder.empty() && !fs::is_directory(folder, ignored))
+    throw UsageError(
+        fmt::format("{} {}: there is no folder {}; make it first", option, path, folder.string()));
+  if (fs::is_directory(path, ignored))
+    throw UsageError(fmt::format("{} {}: is a folder; name a file in it", option, path));
 }
 
 void DeviceArguments::add_to(CLI::App& verb) {

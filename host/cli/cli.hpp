@@ -37,6 +37,10 @@ Camera choose_camera(const std::string& text, const Scene& scene, double unit_m)
 /// Lengths: metres, or a number with mm, cm, m.
 double parse_unit(const std::string& text);
 
+/// Says at once, not after the work, when no file can be written under `path`: its folder is missing, or it is one itself.
+/// An empty path is fine. Throws UsageError that names the option.
+void check_place(const char* option, const std::string& path);
+
 /// Findings, one a line: `file:line: warning (rule): message`.
 void print_diagnostics(const std::vector<Diagnostic>& diagnostics, std::FILE* to);
 

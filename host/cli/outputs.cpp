@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
+#include <cstdlib>
 #include <filesystem>
 
 namespace clrad::cli {
@@ -55,6 +57,14 @@ void OutputArguments::add_results_to(CLI::App& verb) {
 void OutputArguments::parse() {
   std::tie(picture.width, picture.height) = parse_size(size);
   unit_m_ = parse_unit(unit);
+  if (!std::isfinite(picture.exposure_stops) || std::abs(picture.exposure_stops) > 100)
+    throw UsageError(fmt::format("--exposure {} is not between -100 and 100 stops", picture.exposure_stops));
+  if (picture.depth > 64) throw UsageError(fmt::format("--depth {} is more than 64", picture.depth));
+  check_place("--image", image), check_place("--gltf", gltf), check_place("--vtu", vtu);
+  check_place("--json", json), check_place("--solution", solution);
+  std::error_code ignored;
+  if (std::filesystem::exists(folder, ignored) && !std::filesystem::is_directory(folder, ignored))
+    throw UsageError(fmt::format("-o {}: is a file; name a folder", folder));
 }
 
 Camera OutputArguments::chosen_camera(const Scene& scene) const {

@@ -6,6 +6,8 @@
 #include "cli/cli.hpp"
 #include "cli/outputs.hpp"
 #include "cli/progress.hpp"
+#include "scene/range.hpp"
+#include "solve/check_options.hpp"
 
 namespace clrad::cli {
 namespace {
@@ -162,10 +164,14 @@ int run(Arguments& a) {
                    : a.solver == "gauss-seidel" ? Solver::gauss_seidel
                                                 : Solver::progressive;
   const double unit_m = parse_unit(a.outputs.unit);
+  check_options(a.solve);
+  check_place("--checkpoint", a.solve.checkpoint);
   const auto start = std::chrono::steady_clock::now();
   const Scene scene = load_scene(a.scene, {.unit_m = unit_m});
   if (!a.quiet) print_diagnostics(scene.diagnostics, stderr);
   if (!a.sensors.empty()) a.solve.sensors = load_sensors(a.sensors, unit_m);
+  require_range(scene);
+  require_sensors_near(scene, a.solve.sensors, a.sensors);
   // A wrong name is said now, not after the solve.
   a.solve.adaptive.camera = a.outputs.chosen_camera(scene);
   a.solve.adaptive.width = a.outputs.picture.width, a.solve.adaptive.height = a.outputs.picture.height;

@@ -1,12 +1,14 @@
 #include "mesh/build.hpp"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <memory>
 
+#include "clrad/error.hpp"
 #include "mesh/lattice.hpp"
 
 namespace clrad {
@@ -24,14 +26,63 @@ Cell middle(Cell a, Cell b) {
 }
 
 std::uint32_t pieces(double length, double longest) {
+  constexpr double most = 1u << 31;  // refused further on
   // A length that is a multiple of the edge up to rounding does not get one piece more.
-  return std::uint32_t(std::max(1.0, std::ceil(length / longest * (1 - 1e-9))));
+  return std::uint32_t(std::clamp(std::ceil(length / longest * (1 - 1e-9)), 1.0, most));
 }
 
 std::uint32_t levels(double length, double longest) {
   std::uint32_t level = 0;
   while (length > longest * (1 + 1e-9)) length /= 2, ++level;
   return level;
+}
+
+// How a polygon will be cut.
+struct Plan {
+  std::uint32_t patches_u, patches_v;
+  std::uint32_t level;  // subdivisions of every patch
+};
+
+Plan plan_of(const Polygon& polygon, const Mesh& mesh) {
+  const auto& c = polygon.corner;
+  const bool quad = polygon.corners == 4;
+  double length_u = std::max(glm::length(c[1] - c[0]), glm::length(c[2] - c[quad ? 3 : 1])), length_v = 0;
+  if (!quad) length_u = std::max(length_u, glm::length(c[0] - c[2]));
+  length_v = quad ? std::max(glm::length(c[3] - c[0]), glm::length(c[2] - c[1])) : length_u;
+  Plan plan{};
+  plan.patches_u = pieces(length_u, mesh.patch_edge_m);
+  plan.patches_v = quad ? pieces(length_v, mesh.patch_edge_m) : plan.patches_u;
+  const double longest = std::max(length_u / plan.patches_u, length_v / plan.patches_v);
+  plan.level = std::min(levels(longest, mesh.element_edge_m), lattice_depth);
+  return plan;
+}
+
+// Refuses what would have more vertices than can be numbered, or more bytes than the machine.
+void check_size(const Scene& scene, const Mesh& mesh) {
+  double vertices = 0, bytes = 0;
+  for (const Polygon& polygon : scene.polygons) {
+    const Plan plan = plan_of(polygon, mesh);
+    const double step = double(1u << plan.level), half = polygon.corners == 4 ? 1 : 0.5;
+    const double patches = half * plan.patches_u * double(plan.patches_v), elements = patches * step * step;
+    const double points = half * (plan.patches_u * step + 1) * (plan.patches_v * step + 1);
+    vertices += points;
+    bytes += patches * sizeof(Patch) + elements * sizeof(Element) +
+             points * (sizeof(Point) + sizeof(glm::dvec3) + 6 * sizeof(std::uint32_t));
+    if (std::max(plan.patches_u, plan.patches_v) >= 1u << (32 - lattice_depth))
+      throw UsageError(
+          fmt::format("a polygon would be cut into more than {} patches along one side; use a "
+                      "larger --patch-edge",
+                      1u << (32 - lattice_depth)));
+  }
+  if (vertices > double(1u << 31))
+    throw UsageError(
+        fmt::format("the mesh would have more than {} vertices; use a larger --element-edge", 1u << 31));
+  const double machine = double(::sysconf(_SC_PHYS_PAGES)) * double(::sysconf(_SC_PAGE_SIZE));
+  if (bytes > machine / 2)
+    throw MemoryError(
+        fmt::format("the mesh would take {:.1f} GiB, more than half of this machine's {:.1f} GiB; use larger "
+                    "--patch-edge and --element-edge",
+                    bytes / 0x1p30, machine / 0x1p30));
 }
 
 // Everything about one polygon while it is cut up.
@@ -42,26 +93,9 @@ class PolygonCutter {
       : polygon_(scene.polygons[polygon]), frame_(frame), index_(polygon), plane_(plane), mesh_(mesh) {}
 
   void cut() {
-    const auto& c = polygon_.corner;
     const bool quad = polygon_.corners == 4;
-    const double length_u =
-        quad ? std::max(glm::length(c[1] - c[0]), glm::length(c[2] - c[3])) : longest_edge();
-    const double length_v = quad ? std::max(glm::length(c[3] - c[0]), glm::length(c[2] - c[1])) : length_u;
-    const std::uint32_t patches_u = pieces(length_u, mesh_.patch_edge_m),
-                        patches_v = quad ? pieces(length_v, mesh_.patch_edge_m) : patches_u;
-    level_ = std::min(levels(std::max(length_u / patches_u, length_v / patches_v), mesh_.element_edge_m),
-                      lattice_depth);
-    const double step = double(1u << level_);
-    const double vertices = (patches_u * step + 1) * (patches_v * step + 1);
-    if (double(mesh_.receivers.size()) + vertices > double(1u << 31))
-      throw UsageError(
-          fmt::format("the mesh would have more than {} vertices; use a larger --element-edge", 1u << 31));
-    if (std::max(patches_u, patches_v) >= 1u << (32 - lattice_depth))
-      throw UsageError(
-          fmt::format("a polygon would be cut into more than {} patches along one side; use a "
-                      "larger --patch-edge",
-                      1u << (32 - lattice_depth)));
-
+    const auto [patches_u, patches_v, level] = plan_of(polygon_, mesh_);
+    level_ = level;
     mesh_of_.patches_u = patches_u, mesh_of_.patches_v = patches_v;
     mesh_of_.cells_u = patches_u << level_;
     mesh_of_.cells_v = patches_v << level_;
@@ -88,14 +122,6 @@ class PolygonCutter {
   }
 
  private:
-  double longest_edge() const {
-    double longest = 0;
-    for (std::uint32_t k = 0; k < polygon_.corners; ++k)
-      longest =
-          std::max(longest, glm::length(polygon_.corner[(k + 1) % polygon_.corners] - polygon_.corner[k]));
-    return longest;
-  }
-
   std::uint32_t vertex(Cell c) const {
     const std::uint32_t n = mesh_of_.cells_u, unit = lattice_unit(level_), i = c.i / unit, j = c.j / unit;
     if (polygon_.corners == 4) return mesh_of_.first_vertex + j * (n + 1) + i;
@@ -204,6 +230,7 @@ Mesh build_mesh(const Scene& scene, const Frame& frame, std::span<const std::uin
   mesh.patch_edge_m = options.patch_edge_m > 0 ? options.patch_edge_m : extent / default_patches;
   mesh.element_edge_m = options.element_edge_m > 0 ? options.element_edge_m
                                                    : std::min(extent / default_elements, mesh.patch_edge_m);
+  check_size(scene, mesh);
   for (std::uint32_t p = 0; p < scene.polygons.size(); ++p)
     PolygonCutter(scene, frame, p, planes[p], mesh).cut();
   return mesh;

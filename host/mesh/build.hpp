@@ -10,7 +10,7 @@ namespace clrad {
 
 /// Cuts every polygon into patches no longer than patch_edge_m and each patch into a full quadtree of
 /// elements no longer than element_edge_m. `planes`: plane id per polygon. Throws UsageError when the mesh
-/// would pass 2^31 vertices.
+/// would pass 2^31 vertices, and MemoryError, before it takes any, when it would not fit into half of the machine's memory.
 Mesh build_mesh(const Scene& scene, const Frame& frame, std::span<const std::uint32_t> planes,
                 const MeshOptions& options);
 

@@ -8,6 +8,7 @@
 #include <cstring>
 #include <filesystem>
 
+#include "output/json_depth.hpp"
 #include "version.hpp"
 
 namespace clrad {
@@ -117,7 +118,11 @@ ArchiveReader::ArchiveReader(const std::string& path, const std::string& kind) :
 }
 
 void ArchiveReader::fail(const std::string& reason) const {
-  throw InputError(fmt::format("{}: {}", path_, reason));
+  // Names in a damaged file may be anything.
+  std::string shown = reason;
+  for (char& c : shown)
+    if (c < ' ' || c > '~') c = '?';
+  throw InputError(fmt::format("{}: {}", path_, shown));
 }
 
 void ArchiveReader::read_at(std::uint64_t offset, void* to, std::uint64_t bytes) {
@@ -199,8 +204,13 @@ void ArchiveReader::read(const std::string& name, void* to) {
 }
 
 nlohmann::json ArchiveReader::json(const std::string& name) {
+  const std::vector<std::uint8_t> bytes = array<std::uint8_t>(name);
+  if (nests_too_deeply({reinterpret_cast<const char*>(bytes.data()), bytes.size()},
+                       nlohmann::json::input_format_t::cbor))
+    fail(
+        fmt::format("section '{}' cannot be understood: it nests deeper than {} levels", name, deepest_json));
   try {
-    return nlohmann::json::from_cbor(array<std::uint8_t>(name));
+    return nlohmann::json::from_cbor(bytes);
   } catch (const nlohmann::json::exception& e) {
     fail(fmt::format("section '{}' cannot be understood: {}", name, e.what()));
   }

@@ -9,6 +9,7 @@
 // which unlike JSON's text keeps every double and every name, UTF-8 or not, to the bit.
 #pragma once
 #include <bit>
+#include <cmath>
 #include <cstdint>
 #include <fstream>
 #include <map>
@@ -93,6 +94,20 @@ class ArchiveReader {
   std::vector<T> array(const std::string& name, std::uint64_t count) {
     expect_count(name, archive_type<T>(), count);
     return array<T>(name);
+  }
+
+  /// The same, of floating-point numbers that are all finite.
+  template <class T>
+  std::vector<T> finite(const std::string& name) {
+    std::vector<T> values = array<T>(name);
+    for (const T v : values)
+      if (!std::isfinite(v)) fail("section '" + name + "' holds a number that is not finite");
+    return values;
+  }
+  template <class T>
+  std::vector<T> finite(const std::string& name, std::uint64_t count) {
+    expect_count(name, archive_type<T>(), count);
+    return finite<T>(name);
   }
 
   [[noreturn]] void fail(const std::string& reason) const;

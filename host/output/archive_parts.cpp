@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 
 #include "output/fields.hpp"
@@ -72,7 +73,12 @@ struct ReadColumns {
   template <class Field, class Row, class Get>
   void read(const char* name, std::vector<Row>& rows, Get field) {
     constexpr unsigned each = width<Field>();
-    const auto values = archive.array<std::decay_t<decltype(number(std::declval<Field&>(), 0))>>(name);
+    using Number = std::decay_t<decltype(number(std::declval<Field&>(), 0))>;
+    std::vector<Number> values;
+    if constexpr (std::is_floating_point_v<Number>)
+      values = archive.finite<Number>(name);
+    else
+      values = archive.array<Number>(name);
     if (rows.empty()) rows.resize(values.size() / each);
     if (values.size() != rows.size() * each)
       archive.fail(
@@ -191,18 +197,37 @@ bool consistent(const Mesh& mesh, const Scene& scene) {
                      [&](const Point& p) { return p.surface < mesh.polygons.size(); });
 }
 
+bool is_finite(const glm::dvec3& v) {
+  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+
+// Shares of light: one a band, or none where that is allowed.
+bool are_shares(const std::vector<double>& values, std::size_t bands) {
+  return values.size() == bands &&
+         std::all_of(values.begin(), values.end(), [](double v) { return v >= 0 && v <= 1; });
+}
+
+bool consistent(const Material& m, std::size_t bands) {
+  return are_shares(m.reflectance, bands) && (m.specular.empty() || are_shares(m.specular, bands)) &&
+         (m.transmission.empty() || are_shares(m.transmission, bands)) &&
+         m.emitted_exitance.size() == bands &&
+         std::all_of(m.emitted_exitance.begin(), m.emitted_exitance.end(),
+                     [](double e) { return e >= 0 && std::isfinite(e); }) &&
+         std::isfinite(m.ior);
+}
+
 bool consistent(const Scene& scene) {
   return scene.quantity <= Quantity::photometric &&
          std::all_of(scene.materials.begin(), scene.materials.end(),
-                     [&](const Material& m) {
-                       return m.reflectance.size() == scene.bands.size() &&
-                              m.emitted_exitance.size() == scene.bands.size() &&
-                              (m.specular.empty() || m.specular.size() == scene.bands.size()) &&
-                              (m.transmission.empty() || m.transmission.size() == scene.bands.size());
-                     }) &&
+                     [&](const Material& m) { return consistent(m, scene.bands.size()); }) &&
          std::all_of(scene.polygons.begin(), scene.polygons.end(),
                      [&](const Polygon& p) {
                        return (p.corners == 3 || p.corners == 4) && p.material < scene.materials.size();
+                     }) &&
+         std::all_of(scene.cameras.begin(), scene.cameras.end(),
+                     [](const Camera& c) {
+                       return is_finite(c.eye) && is_finite(c.target) && is_finite(c.up) &&
+                              c.vertical_field_of_view_rad > 0 && c.vertical_field_of_view_rad < 3.2;
                      }) &&
          std::all_of(scene.diagnostics.begin(), scene.diagnostics.end(),
                      [](const Diagnostic& d) { return d.severity <= Diagnostic::Severity::error; });

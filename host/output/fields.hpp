@@ -1,6 +1,7 @@
 // Structs of the public interface to JSON values and back: one function a struct names its fields for both ways.
 #pragma once
 #include <concepts>
+#include <cstdint>
 #include <glm/vec3.hpp>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -200,10 +201,22 @@ nlohmann::json put(const std::pair<A, B>& values) {
   return nlohmann::json::array({put(values.first), put(values.second)});
 }
 
+/// A whole number that T holds; the library converts whatever number is there.
+template <class T>
+T whole_number(const nlohmann::json& json) {
+  const bool fits = json.is_number_unsigned()  ? std::in_range<T>(json.get<std::uint64_t>())
+                    : json.is_number_integer() ? std::in_range<T>(json.get<std::int64_t>())
+                                               : false;
+  if (!fits) throw nlohmann::json::other_error::create(501, "a whole number is missing or too large", &json);
+  return json.get<T>();
+}
+
 template <class T>
 void get(const nlohmann::json& json, T& value) {
   if constexpr (std::is_enum_v<T>) {
-    value = T(json.get<int>());
+    value = T(whole_number<std::uint8_t>(json));
+  } else if constexpr (std::is_integral_v<T> && !std::is_same_v<T, bool>) {
+    value = whole_number<T>(json);
   } else if constexpr (std::is_arithmetic_v<T> || std::is_same_v<T, std::string>) {
     value = json.get<T>();
   } else {

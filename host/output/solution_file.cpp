@@ -1,6 +1,9 @@
 // A finished solution as a file, and back: what pictures, files and the report are made from.
 #include <fmt/format.h>
 
+#include <cmath>
+#include <cstdlib>
+
 #include "clrad/output.hpp"
 #include "output/archive_parts.hpp"
 #include "output/fields.hpp"
@@ -43,11 +46,16 @@ Solution load_solution(const std::string& path) {
   s.mesh = read_mesh(archive, s.scene);
   if (s.bands != s.scene.bands.size())
     archive.fail(fmt::format("its scene has {} bands, not {}", s.scene.bands.size(), s.bands));
-  s.vertex_irradiance = archive.array<double>("vertex_irradiance", std::uint64_t(s.bands) * s.vertex_count());
+  // Frames of scenes whose coordinates are doubles have exponents in the range of theirs.
+  for (int k = 0; k < 3; ++k)
+    if (!std::isfinite(s.frame.centre[k]) || std::abs(s.frame.exponent) > 1100)
+      archive.fail("the frame is not one of a scene");
+  s.vertex_irradiance =
+      archive.finite<double>("vertex_irradiance", std::uint64_t(s.bands) * s.vertex_count());
   s.vertex_covered = archive.array<std::uint8_t>("vertex_covered", s.vertex_count());
   s.patch_irradiance =
-      archive.array<double>("patch_irradiance", std::uint64_t(s.bands) * s.mesh.patches.size());
-  s.ambient = archive.array<double>("ambient");
+      archive.finite<double>("patch_irradiance", std::uint64_t(s.bands) * s.mesh.patches.size());
+  s.ambient = archive.finite<double>("ambient");
   return s;
 }
 

@@ -8,6 +8,7 @@
 #include "mesh/build.hpp"
 #include "render/reflect.hpp"
 #include "scene/planes.hpp"
+#include "scene/range.hpp"
 
 namespace clrad {
 namespace {
@@ -197,6 +198,7 @@ Image render(Device& device, const Solution& solution, const Camera& camera, con
 }
 
 Image render_whitted(Device& device, const Scene& scene, const Camera& camera, const ImageOptions& options) {
+  require_range(scene);
   const Frame frame = frame_of(scene);
   const auto triangles = occluder_triangles(scene, frame, plane_ids(scene));
   // Nearly all rays go to lights, many from each point: `serial` is then the faster one, as in a solve.

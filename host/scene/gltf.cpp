@@ -4,6 +4,7 @@
 
 #include <clrad/error.hpp>
 #include <cmath>
+#include <cstring>
 #include <filesystem>
 #include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>
@@ -11,6 +12,7 @@
 #include <glm/mat4x4.hpp>
 #include <numbers>
 
+#include "output/json_depth.hpp"
 #include "scene/gltf_geometry.hpp"
 #include "scene/quads.hpp"
 #include "scene/read_file.hpp"
@@ -26,14 +28,24 @@ bool leave_image(tinygltf::Image*, const int, std::string*, std::string*, int, i
   return true;
 }
 
-std::string one_line(std::string text) {
-  while (!text.empty() && (text.back() == '\n' || text.back() == ' ')) text.pop_back();
-  for (char& c : text) c = c == '\n' ? ' ' : c;
-  return text;
+// The JSON of a glTF or GLB file, whose chunks each begin with length and type.
+std::string_view json_of(const std::string& bytes, bool binary) {
+  constexpr std::size_t begin = 20;
+  std::uint32_t length = 0;
+  if (!binary) return bytes;
+  if (bytes.size() < begin) return {};
+  std::memcpy(&length, bytes.data() + 12, sizeof length);
+  return std::string_view(bytes).substr(begin, length);
 }
 
 tinygltf::Model parse(const std::string& path, bool binary) {
   const std::string bytes = read_file(path);
+  std::uint32_t container = 2;
+  if (binary && bytes.size() >= 8) std::memcpy(&container, bytes.data() + 4, sizeof container);
+  if (binary && bytes.starts_with("glTF") && container != 2)
+    throw InputError(fmt::format("{}: is GLB of version {}; clrad reads version 2", path, container));
+  if (nests_too_deeply(json_of(bytes, binary), nlohmann::json::input_format_t::json))
+    throw InputError(fmt::format("{}: its JSON nests deeper than {} levels", path, deepest_json));
   tinygltf::Model model;
   tinygltf::TinyGLTF loader;
   loader.SetImageLoader(leave_image, nullptr);
@@ -292,11 +304,17 @@ class Reader {
       return add(Severity::warning, "camera-ignored", item,
                  "only perspective cameras with yfov between 0 and pi are used");
     }
+    const glm::dvec3 back(world[2]), up(world[1]), eye(world[3]);
+    const double length = glm::length(back) * glm::length(up), size = glm::length(eye);
+    if (!(length > 0) || !std::isfinite(length) || !std::isfinite(size)) {
+      return add(Severity::warning, "camera-ignored", item,
+                 "its node's transform leaves no direction to look along");
+    }
     Camera camera;
     camera.name = node.name.empty() ? theirs.name : node.name;
-    camera.eye = glm::dvec3(world[3]);
-    camera.target = camera.eye - glm::normalize(glm::dvec3(world[2]));  // it looks along its -Z
-    camera.up = glm::normalize(glm::dvec3(world[1]));
+    camera.eye = eye;
+    camera.target = eye - glm::normalize(back);  // it looks along its -Z
+    camera.up = glm::normalize(up);
     camera.vertical_field_of_view_rad = angle;
     scene_.cameras.push_back(std::move(camera));
   }

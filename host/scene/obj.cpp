@@ -13,6 +13,7 @@
 #include <sstream>
 
 #include "scene/obj_lines.hpp"
+#include "scene/range.hpp"
 #include "scene/read_file.hpp"
 
 namespace clrad {
@@ -21,6 +22,8 @@ namespace {
 using Severity = Diagnostic::Severity;
 
 static_assert(sizeof(tinyobj::real_t) == sizeof(double), "tinyobjloader must be built in double");
+
+constexpr std::uint32_t kNoMaterial = ~0u;
 
 Material material_of(const MtlMaterial& m, const std::string& file) {
   Material material;
@@ -99,7 +102,8 @@ class MtlReader : public tinyobj::MaterialReader {
   void keep(const std::string& file, const std::string& text, const std::vector<tinyobj::material_t>& theirs,
             std::size_t first) {
     const std::vector<MtlMaterial> ours = scan_mtl(file, text, scene_);
-    scene_material_.resize(theirs.size(), 0);
+    // The library makes one without a name of a file that defines none.
+    scene_material_.resize(theirs.size(), kNoMaterial);
     std::size_t k = first;
     for (const MtlMaterial& m : ours) {
       const SourceLocation where{file, m.line, ""};
@@ -117,8 +121,10 @@ class MtlReader : public tinyobj::MaterialReader {
       if (m.is_mirror() || m.is_glass()) {
         for (const Diagnostic& finding : m.specular_findings) scene_.diagnostics.push_back(finding);
       }
-      const bool sound = std::all_of(m.radiance.begin(), m.radiance.end(),
-                                     [](double l) { return l >= 0 && std::isfinite(l); });
+      const bool sound = std::all_of(m.radiance.begin(), m.radiance.end(), [](double l) {
+        const double exitance = std::numbers::pi * l;
+        return l == 0 || (exitance >= smallest_exitance && exitance <= largest_exitance);
+      });
       if (!sound) scene_.materials.back().where.line = m.radiance_line;
     }
   }
@@ -152,9 +158,10 @@ class MaterialChoice {
       : scene_(scene), lines_(lines), reader_(reader) {}
 
   std::uint32_t operator()(const ObjFaceLine& face, int theirs) {
-    if (theirs >= 0) return reader_.scene_material()[static_cast<std::size_t>(theirs)];
+    if (theirs >= 0 && reader_.scene_material()[static_cast<std::size_t>(theirs)] != kNoMaterial)
+      return reader_.scene_material()[static_cast<std::size_t>(theirs)];
     if (face.usemtl >= 0) report_unknown(lines_.usemtl[static_cast<std::size_t>(face.usemtl)]);
-    if (default_ == kNone) {
+    if (default_ == kNoMaterial) {
       default_ = static_cast<std::uint32_t>(scene_.materials.size());
       const SourceLocation where{scene_.file, face.line, ""};
       scene_.materials.push_back(
@@ -169,8 +176,6 @@ class MaterialChoice {
   }
 
  private:
-  static constexpr std::uint32_t kNone = ~0u;
-
   void report_unknown(const ObjNameLine& usemtl) {
     if (reader_.missing() || !reported_.insert(usemtl.name).second) return;
     scene_.add(
@@ -183,7 +188,7 @@ class MaterialChoice {
   RawScene& scene_;
   const ObjLines& lines_;
   const MtlReader& reader_;
-  std::uint32_t default_ = kNone;
+  std::uint32_t default_ = kNoMaterial;
   std::set<std::string> reported_;
 };
 
@@ -205,7 +210,7 @@ RawScene read_obj(const std::string& path) {
   const bool triangulate = false, default_colors = false;
   if (!tinyobj::LoadObj(&attributes, &shapes, &materials, &warn, &err, &stream, &reader, triangulate,
                         default_colors)) {
-    throw InputError(fmt::format("{}: {}", path, err));
+    throw InputError(fmt::format("{}: {}", path, one_line(err)));
   }
 
   MaterialChoice material(scene, lines, reader);

@@ -184,9 +184,10 @@ ObjLines scan_obj(std::string text, RawScene& scene) {
     const SourceLocation where{scene.file, number, ""};
     const std::string_view keyword = words[0];
     // The text is ours to change; the views into it stay valid.
-    const auto blank = [&, begin = line.data() - lines.text.data()](std::size_t from = 0) {
+    const auto blank = [&, begin = line.data() - lines.text.data()](std::size_t from = 0,
+                                                                    std::size_t to = std::string_view::npos) {
       std::fill(lines.text.begin() + begin + static_cast<std::ptrdiff_t>(from),
-                lines.text.begin() + begin + static_cast<std::ptrdiff_t>(line.size()), ' ');
+                lines.text.begin() + begin + static_cast<std::ptrdiff_t>(std::min(to, line.size())), ' ');
     };
     const std::size_t comment = line.find('#');
     if ((keyword == "v" || keyword == "f") && comment != std::string_view::npos) {
@@ -202,6 +203,12 @@ ObjLines scan_obj(std::string text, RawScene& scene) {
         scene.add(Severity::error, fault->rule, where, fault->message);
         blank();
       } else {
+        // Texture coordinates and normals are not used; the library would judge their indices.
+        for (const std::string_view word : words) {
+          if (const auto slash = word.find('/'); slash != std::string_view::npos)
+            blank(static_cast<std::size_t>(word.data() - line.data()) + slash,
+                  static_cast<std::size_t>(word.data() - line.data()) + word.size());
+        }
         lines.faces.push_back({number, static_cast<std::int32_t>(lines.usemtl.size()) - 1});
       }
     } else if (keyword == "usemtl") {

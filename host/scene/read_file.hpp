@@ -7,4 +7,7 @@ namespace clrad {
 /// empty.
 std::string read_file(const std::string& path);
 
+/// A library's message as one line: no control characters, no blanks at its end.
+std::string one_line(std::string text);
+
 }  // namespace clrad

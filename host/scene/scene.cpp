@@ -8,6 +8,7 @@
 #include "scene/gltf.hpp"
 #include "scene/obj.hpp"
 #include "scene/overlap.hpp"
+#include "scene/range.hpp"
 #include "scene/topology.hpp"
 #include "scene/validate.hpp"
 
@@ -82,6 +83,7 @@ Scene load_scene(const std::string& path, const LoadOptions& options) {
 std::vector<Diagnostic> check_scene(const std::string& path, const LoadOptions& options) {
   try {
     Scene scene = validate(read(path), options.unit_m);
+    check_range(scene, scene.diagnostics);
     check_overlaps(scene, scene.diagnostics);
     check_open_edges(scene, scene.diagnostics);
     sort_findings(scene);

@@ -273,10 +273,19 @@ Scene validate(RawScene raw, double unit_m) {
   const bool failed = std::any_of(scene.diagnostics.begin(), scene.diagnostics.end(),
                                   [](const Diagnostic& d) { return d.severity == Severity::error; });
   if (scene.polygons.empty() && !failed) {
-    scene.diagnostics.push_back({Severity::error,
-                                 "no-polygons",
-                                 {scene.file, 0, ""},
-                                 "there is no polygon to light; the file needs at least one face"});
+    const auto dropped = std::find_if(scene.diagnostics.begin(), scene.diagnostics.end(),
+                                      [](const Diagnostic& d) { return d.rule == "degenerate-face"; });
+    if (dropped == scene.diagnostics.end()) {
+      scene.diagnostics.push_back({Severity::error,
+                                   "no-polygons",
+                                   {scene.file, 0, ""},
+                                   "there is no polygon to light; the file needs at least one face"});
+    } else {
+      scene.diagnostics.push_back(
+          {Severity::error, "no-polygons", dropped->where,
+           "there is no polygon to light: all corners of this face, and of any other, "
+           "lie on one line; the file needs at least one face with an area"});
+    }
   }
   sort_findings(scene);
   return scene;

@@ -2,6 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
 #include "clrad/device.hpp"
 #include "output/archive_parts.hpp"
 #include "version.hpp"
@@ -64,17 +68,23 @@ Json conditions(const Device& device, const Scene& scene, const SolveOptions& o)
   });
 }
 
-// A RealArray as what the device holds: float or double.
-void add_reals(ArchiveWriter& archive, const std::string& name, const RealArray& array) {
-  const std::vector<double> values = array.download();
+// The first `count` numbers of a RealArray as what the device holds: float or double.
+void add_reals(ArchiveWriter& archive, const std::string& name, const RealArray& array, std::uint64_t count) {
+  const std::vector<double> values = array.download(0, count);
   if (array.bytes() == 8 * array.size()) return archive.add(name, values);
   archive.add(name, std::vector<float>(values.begin(), values.end()));
 }
+void add_reals(ArchiveWriter& archive, const std::string& name, const RealArray& array) {
+  add_reals(archive, name, array, array.size());
+}
 
-void read_reals(ArchiveReader& archive, const std::string& name, RealArray& array) {
-  if (array.bytes() == 8 * array.size()) return array.upload(archive.array<double>(name, array.size()));
-  const auto values = archive.array<float>(name, array.size());
+void read_reals(ArchiveReader& archive, const std::string& name, RealArray& array, std::uint64_t count) {
+  if (array.bytes() == 8 * array.size()) return array.upload(archive.finite<double>(name, count));
+  const auto values = archive.finite<float>(name, count);
   array.upload(std::vector<double>(values.begin(), values.end()));
+}
+void read_reals(ArchiveReader& archive, const std::string& name, RealArray& array) {
+  read_reals(archive, name, array, array.size());
 }
 
 template <class Visit>
@@ -87,6 +97,11 @@ void visit_sums(SolveState& state, Visit visit) {
   visit("pending", state.pending);
   visit("vertex_irradiance", state.vertex_irradiance);
   visit("vertex_irradiance_lost", state.vertex_irradiance_lost);
+}
+
+// Names in a damaged file need not be UTF-8, which dump() insists on.
+std::string shown(const Json& value) {
+  return value.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
 std::string column_name(std::size_t slot) {
@@ -123,23 +138,28 @@ void write_checkpoint(const std::string& path, Run& run) {
   archive.add("patch_of_slot", state.patch_of_slot);
   for (std::size_t slot = 0; slot < state.patch_of_slot.size(); ++slot)
     if (state.vertex_columns[slot]) add_reals(archive, column_name(slot), *state.vertex_columns[slot]);
-  if (state.patch_columns.size() > 0) add_reals(archive, "patch_columns", state.patch_columns);
+  // Rows past the last slot were never written.
+  add_reals(archive, "patch_columns", state.patch_columns, state.patch_of_slot.size() * state.patches);
   archive.finish();
 }
 
 Checkpoint::Checkpoint(const std::string& path, const Device& device, const Scene& scene,
                        const SolveOptions& options)
-    : archive_(path, kind) {
-  const Json then = archive_.json("conditions"), now = conditions(device, scene, options);
+    : Checkpoint(path, conditions(device, scene, options)) {}
+
+Checkpoint::Checkpoint(const std::string& path, const Json& now) : archive_(path, kind) {
+  const Json then = archive_.json("conditions");
+  const auto is_pair = [](const Json& j) { return j.is_array() && j.size() == 2 && j[0].is_string(); };
+  const bool pairs = then.is_array() && std::all_of(then.begin(), then.end(), is_pair);
+  if (!pairs || then.size() != now.size()) archive_.fail("a checkpoint of another version of clrad");
   for (std::size_t i = 0; i < now.size(); ++i) {
     const std::string name = now[i][0];
-    if (then.size() != now.size() || then[i][0] != name)
-      archive_.fail("a checkpoint of another version of clrad");
+    if (then[i][0] != name) archive_.fail("a checkpoint of another version of clrad");
     const Json &was = then[i][1], &is = now[i][1];
     if (was == is) continue;
     if (name == "scene") archive_.fail("a checkpoint of another scene");
     archive_.fail(
-        fmt::format("a checkpoint of another {}: it was {}, and now it is {}", name, was.dump(), is.dump()));
+        fmt::format("a checkpoint of another {}: it was {}, and now it is {}", name, shown(was), shown(is)));
   }
 }
 
@@ -148,33 +168,60 @@ void Checkpoint::read_mesh(Solution& solution) {
   solution.vertex_covered = archive_.array<std::uint8_t>("covered", solution.mesh.vertex_count());
 }
 
+CheckpointNumbers Checkpoint::read_numbers(std::uint32_t bands, std::uint32_t vertices,
+                                           std::uint32_t patches) {
+  CheckpointNumbers n;
+  const Json numbers = archive_.json("numbers");
+  const auto number = [&]<class T>(const char* name, T& value) {
+    if (!numbers.is_object() || !numbers.contains(name) || !numbers[name].is_number())
+      archive_.fail(fmt::format("number '{}' is missing", name));
+    const Json& json = numbers[name];
+    bool fits = true;
+    if constexpr (std::is_floating_point_v<T>)
+      fits = json.get<double>() >= 0 && std::isfinite(json.get<double>());
+    else
+      fits = json.is_number_unsigned() && json.get<std::uint64_t>() <= std::numeric_limits<T>::max();
+    if (!fits) archive_.fail(fmt::format("number '{}' is {}", name, shown(json)));
+    value = json.get<T>();
+  };
+  number("shoots", n.shoots), number("reshoots", n.reshoots);
+  number("shoots_since_refined", n.shoots_since_refined);
+  number("emitted_power", n.emitted_power), number("column_budget_bytes", n.column_budget_bytes);
+  number("seconds", n.seconds);
+  number("rays", n.rays), number("pieces", n.pieces);
+  number("candidates", n.candidates), number("exact", n.exact);
+  number("refinements", n.refinements), number("elements_split", n.elements_split);
+  number("vertices_added", n.vertices_added), number("refinement_rays", n.refinement_rays);
+
+  n.near_field = archive_.finite<double>("near_field");
+  if (n.near_field.size() % bands != 0 || n.near_field.size() > std::uint64_t(bands) * vertices)
+    archive_.fail("section 'near_field' is not of this mesh");
+  n.patch_of_slot = archive_.array<std::uint32_t>("patch_of_slot");
+  std::vector<bool> kept(patches, false);
+  for (const std::uint32_t patch : n.patch_of_slot) {
+    if (patch >= patches || kept[patch])
+      archive_.fail("its columns are of patches that the mesh does not have");
+    kept[patch] = true;
+  }
+  return n;
+}
+
 void Checkpoint::read_state(Run& run) {
   SolveState& state = run.state;
-  const Json numbers = archive_.json("numbers");
-  const auto number = [&](const char* name, auto& value) {
-    if (!numbers.contains(name) || !numbers[name].is_number())
-      archive_.fail(fmt::format("number '{}' is missing", name));
-    numbers[name].get_to(value);
-  };
-  number("shoots", state.shoots), number("reshoots", state.reshoots);
-  number("shoots_since_refined", state.shoots_since_refined);
-  number("emitted_power", state.emitted_power), number("column_budget_bytes", state.column_budget_bytes);
-  number("seconds", run.seconds_before);
-  number("rays", run.counts_before.rays), number("pieces", run.counts_before.pieces);
-  number("candidates", run.counts_before.candidates), number("exact", run.counts_before.exact);
+  const CheckpointNumbers n = read_numbers(state.bands, state.vertices, state.patches);
+  state.shoots = n.shoots, state.reshoots = n.reshoots;
+  state.shoots_since_refined = n.shoots_since_refined;
+  state.emitted_power = n.emitted_power, state.column_budget_bytes = n.column_budget_bytes;
+  run.seconds_before = n.seconds;
+  run.counts_before.rays = n.rays, run.counts_before.pieces = n.pieces;
+  run.counts_before.candidates = n.candidates, run.counts_before.exact = n.exact;
   auto& refinement = run.solution.report.refinement;
-  number("refinements", refinement.refinements), number("elements_split", refinement.elements_split);
-  number("vertices_added", refinement.vertices_added), number("refinement_rays", refinement.rays);
+  refinement.refinements = n.refinements, refinement.elements_split = n.elements_split;
+  refinement.vertices_added = n.vertices_added, refinement.rays = n.refinement_rays;
 
   visit_sums(state, [&](const char* name, RealArray& array) { read_reals(archive_, name, array); });
-  state.near_field = archive_.array<double>("near_field");
-  if (state.near_field.size() % state.bands != 0 ||
-      state.near_field.size() > std::uint64_t(state.bands) * state.vertices)
-    archive_.fail("section 'near_field' is not of this mesh");
-  const auto patch_of_slot = archive_.array<std::uint32_t>("patch_of_slot");
-  for (const std::uint32_t patch : patch_of_slot) {
-    if (patch >= state.patches || state.slot_of_patch[patch] != 0xffffffffu)
-      archive_.fail("its columns are of patches that the mesh does not have");
+  state.near_field = n.near_field;
+  for (const std::uint32_t patch : n.patch_of_slot) {
     const std::uint32_t slot = state.add_slot(patch);
     auto& kept = state.vertex_columns.emplace_back();
     if (!archive_.has(column_name(slot))) continue;
@@ -182,7 +229,7 @@ void Checkpoint::read_state(Run& run) {
     read_reals(archive_, column_name(slot), *kept);
     state.column_bytes += kept->bytes();
   }
-  if (!patch_of_slot.empty()) read_reals(archive_, "patch_columns", state.patch_columns);
+  read_reals(archive_, "patch_columns", state.patch_columns, n.patch_of_slot.size() * state.patches);
 }
 
 }  // namespace clrad

@@ -11,6 +11,8 @@
 #include "mesh/average.hpp"
 #include "mesh/build.hpp"
 #include "scene/planes.hpp"
+#include "scene/range.hpp"
+#include "solve/check_options.hpp"
 #include "solve/checkpoint.hpp"
 #include "solve/covered.hpp"
 #include "solve/invariants.hpp"
@@ -37,27 +39,6 @@ std::unique_ptr<VisibilityEngine> engine_for(Device& device, const std::string& 
                                              const SolveOptions& options) {
   if (name != "chop") return make_engine(name, device, triangles);
   return make_chop(device, triangles, {.rays_per_batch = options.rays_per_batch, .cells = options.grid});
-}
-
-void check_options(const SolveOptions& o) {
-  if (!(o.converge > 0 && o.converge < 1))
-    throw UsageError(fmt::format("--converge {} is not between 0 and 1", o.converge));
-  if (o.samples == 0 || o.samples > 4096)
-    throw UsageError(fmt::format("--samples {} is not between 1 and 4096", o.samples));
-  if (o.mesh.patch_edge_m < 0 || o.mesh.element_edge_m < 0 || !std::isfinite(o.mesh.patch_edge_m) ||
-      !std::isfinite(o.mesh.element_edge_m))
-    throw UsageError("--patch-edge and --element-edge are lengths in metres and cannot be negative");
-  if (o.shooters == 0) throw UsageError("--shooters 0: at least one patch shoots at a time");
-  const AdaptiveOptions& a = o.adaptive;
-  if (!(a.tolerance >= 0) || !std::isfinite(a.tolerance))
-    throw UsageError(fmt::format("--adaptive {} is not a relative difference of radiosity", a.tolerance));
-  if (!(a.min_area_m2 >= 0) || !(a.min_projected_area_px >= 0) || a.every == 0 || a.max_level > lattice_depth)
-    throw UsageError(fmt::format(
-        "--min-area and --min-projected-area cannot be negative, --refine-every is at least 1 and "
-        "--max-level at most {}",
-        lattice_depth));
-  if (a.min_projected_area_px > 0 && (a.width == 0 || a.height == 0))
-    throw UsageError("--min-projected-area needs a camera and a picture's size");
 }
 
 std::uint64_t host_peak_bytes() {
@@ -94,6 +75,8 @@ void write_down_options(const Device& device, const SolveOptions& o, const Mesh&
 
 Solution solve(Device& device, const Scene& scene, const SolveOptions& options) {
   check_options(options);
+  require_range(scene);
+  require_sensors_near(scene, options.sensors);
   const auto start = Clock::now();
   Solution solution;
   solution.scene = scene;
