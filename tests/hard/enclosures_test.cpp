@@ -65,15 +65,19 @@ TEST(HardEnclosures, BoxesAndADaylitRoomAtPoints) {
       const double h = extent / (fine ? 12 : 6);
       got[fine] = solve(device, loaded, options_of(c["points"], {h, h / 6}, converge)).sensors;
     }
+    // A scene without colours is read as one band.
+    const auto at = [&](int fine, std::size_t point, std::size_t band) {
+      const auto& h = got[fine][point].irradiance;
+      return h[std::min(band, h.size() - 1)];
+    };
     double differs = 0;
     for (std::size_t i = 0; i < got[1].size(); ++i)
       for (std::size_t b = 0; b < 3; ++b)
-        differs = std::max(differs, std::abs(got[0][i].irradiance[b] / got[1][i].irradiance[b] - 1));
+        differs = std::max(differs, std::abs(at(0, i, b) / at(1, i, b) - 1));
     for (std::size_t i = 0; i < got[1].size(); ++i)
       for (std::size_t b = 0; b < 3; ++b) {
         const double expected = c["points"][i]["H"][b], known = c["points"][i]["H_rel_error_estimate"][b];
-        verdict.relative(got[1][i].irradiance[b], expected,
-                         differs + known + (2 * converge + 1e-5) / (1 - rho),
+        verdict.relative(at(1, i, b), expected, differs + known + (2 * converge + 1e-5) / (1 - rho),
                          fmt::format("point {} band {}", i, b));
       }
     EXPECT_LT(differs, 0.03) << "the meshes are too coarse to say anything";
@@ -257,25 +261,36 @@ TEST(HardEnclosures, FurnaceWithATJunction) {
 }
 
 // Mean irradiance of every polygon as the program reports it, against an independent light tracer's with its standard
-// errors (4 of them). Sampled visibility at default settings is held to 3 % at every single point (sensor_test.cpp);
-// means over polygons are allowed the same. Polygons that a block stands on count their covered part as dark.
+// errors (4 of them). Dim sides of a block live on what patches of floor next to them reflect, which lie half in the light: an
+// error of the patches' size, allowed as above but polygon by polygon, from patches twice as long. Sampled visibility at
+// default settings adds 0.25 % RMS (README), 1 % for four of it. Polygons that a block stands on count their covered part
+// as dark.
 TEST(HardEnclosures, RoomsWithThingsInThemThroughTheCommandLine) {
   for (const auto& c : test::cases_of("c_scenes_with_occlusion.json")) {
     HardCase verdict(
         fmt::format("{}: mean irradiance of every polygon in report.json", c["id"].get<std::string>()),
         "A light shining through the block's foot; covered floor counted as lit");
-    SolveOptions options;
-    options.sensors = {};
-    const auto report = test::command_line_report(scene_of(c["scene"]), options);
-    ASSERT_TRUE(report.contains("polygons"));
-    std::map<std::string, const oracle::json*> by_name;
-    for (const auto& p : report["polygons"]) by_name[p["name"]] = &p;
+    double rho = 0;
+    const ObjScene scene = scene_of(c["scene"], &rho);
+    const double extent = frame_of(scene.load()).metres();  // a power of two below the extent
+    std::map<std::string, std::vector<double>> got[2];
+    for (const int fine : {0, 1}) {
+      SolveOptions options;
+      options.mesh = {extent / (fine ? 16 : 8), extent / 32};
+      const auto report = test::command_line_report(scene, options);
+      ASSERT_TRUE(report.contains("polygons"));
+      for (const auto& p : report["polygons"])
+        got[fine][p["name"]] = p["irradiance_W_m2"].get<std::vector<double>>();
+    }
     for (const auto& mean : c["face_means_forward_tracing"]) {
       const std::string name = mean["surface"];
-      ASSERT_TRUE(by_name.count(name)) << name;
+      ASSERT_TRUE(got[1].count(name)) << name;
+      double differs = 0;
+      for (std::size_t b = 0; b < 3; ++b)
+        differs = std::max(differs, std::abs(got[0][name].at(b) / got[1][name].at(b) - 1));
       for (std::size_t b = 0; b < 3; ++b) {
         const double expected = mean["H_mean"][b], se = mean["H_mean_se"][b];
-        verdict.near((*by_name[name])["irradiance_W_m2"][b], expected, 0.03 * expected + 4 * se, name);
+        verdict.relative(got[1][name][b], expected, differs + 0.01, name, 4 * se);
       }
     }
   }

@@ -82,8 +82,8 @@ HardCase::~HardCase() {
 void HardCase::near(double got, double expected, double allowed, const std::string& where) {
   ++numbers_;
   const double error = std::abs(got - expected);
-  // NaN makes the comparison false, and the share infinite.
-  const bool fine = error <= allowed;
+  // NaN makes the comparison false, and the share infinite; an infinite tolerance is a mistake of the test.
+  const bool fine = error <= allowed && std::isfinite(allowed);
   const double share = error == 0 ? 0 : allowed > 0 && std::isfinite(error) ? error / allowed : INFINITY;
   if (share > worst_)
     worst_ = share, worst_error_ = error, worst_allowed_ = allowed, worst_where_ = where,

@@ -148,9 +148,10 @@ TEST(HardVisibleLight, NothingLeavesOrEntersAClosedBox) {
 }
 
 TEST(HardVisibleLight, DuplicateOccluders) {
-  HardCase same("A square once, twice, back to back and 300 times: the bits",
-                "Coincident surfaces fight for each ray; more copies, more leaks"),
-      right("The factor past it", "As above");
+  // The bits of visibility are the same (crowded_test.cpp). Here rays are placed by the numbers of the lamp's elements, which
+  // more polygons change, so that it is the factor that is compared.
+  HardCase right("A square once, twice, back to back and 300 times: the factor past it",
+                 "Coincident surfaces fight for each ray; more copies, more leaks");
   const auto data = oracle::reference("d_hard_cases.json");
   const auto& c = oracle::reference_case(data, "D-dup-occluder");
   const Corners occluder = corners_of(c["occluder"]);
@@ -159,7 +160,6 @@ TEST(HardVisibleLight, DuplicateOccluders) {
   const Sensor sensor{oracle::vec(c["point"]), oracle::vec(c["normal"])};
   q.options = test::lamp_options(1, 16, {sensor});
   q.options.sensor_rays = 65536;
-  std::vector<double> first;
   for (const char* engine : {"serial", "chop"})
     for (const int copies : {1, 2, -2, 300}) {
       ObjScene scene;
@@ -172,8 +172,6 @@ TEST(HardVisibleLight, DuplicateOccluders) {
       Scene loaded = scene.load();
       // Copies neither emit nor reflect: what they are cut into is of no matter here.
       const auto got = irradiance(device, loaded, q.options);
-      if (first.empty()) first = got;
-      same.right(got == first, fmt::format("{} copies, {}", copies, engine));
       right.near(got.at(0), c["value"], exact_tolerance + allowed_by_sampling(q, sensor), engine);
     }
 }
