@@ -8,6 +8,7 @@
 
 #include "clrad/device.hpp"
 #include "output/archive_parts.hpp"
+#include "solve/sensor.hpp"
 #include "version.hpp"
 
 namespace clrad {
@@ -49,6 +50,7 @@ Json conditions(const Device& device, const Scene& scene, const SolveOptions& o)
       {"device", device.info().name + ", " + device.info().driver},
       {"precision", int(device.options().precision)},
       {"scene", fingerprint(scene)},
+      {"reach of the farthest sensor", frame_with_sensors(scene, o.sensors).exponent},
       {"--patch-edge", o.mesh.patch_edge_m},
       {"--element-edge", o.mesh.element_edge_m},
       {"--form-factor", int(o.estimator)},

@@ -34,12 +34,31 @@ std::uint32_t plane_under(const Solution& solution, std::span<const std::uint32_
   return 0xffffffffu;
 }
 
+// The frame made larger, by a power of two, until a point outside the scene is within the +-4 that visibility takes.
+// Beyond a million times the scene's size it is left as it is: the grid could not tell the scene's parts apart.
+Frame reaching(Frame frame, const glm::dvec3& world_m) {
+  constexpr double reach = 4.0;
+  constexpr int most_doublings = 20;
+  for (int k = 0; k < most_doublings; ++k, ++frame.exponent) {
+    const glm::dvec3 p = glm::abs(frame.to_frame(world_m));
+    // Written so that NaN changes nothing.
+    if (!(std::max({p.x, p.y, p.z}) > reach)) break;
+  }
+  return frame;
+}
+
 template <class ArrayType>
 void grow(ArrayType& array, Device& device, std::uint64_t count, const char* what) {
   if (array.size() < count || !array.buffer()()) array = ArrayType(), array = ArrayType(device, count, what);
 }
 
 }  // namespace
+
+Frame frame_with_sensors(const Scene& scene, std::span<const Sensor> sensors) {
+  Frame frame = frame_of(scene);
+  for (const Sensor& sensor : sensors) frame = reaching(frame, sensor.position_m);
+  return frame;
+}
 
 std::vector<SensorResult> gather_at_sensors(Device& device, const Solution& solution,
                                             std::span<const std::uint32_t> planes, VisibilityEngine& engine,

@@ -3,11 +3,15 @@
 #include <span>
 #include <vector>
 
+#include "clrad/frame.hpp"
 #include "clrad/options.hpp"
 #include "clrad/solution.hpp"
 #include "clrad/visibility.hpp"
 
 namespace clrad {
+
+/// frame_of(scene), made larger where a sensor stands far outside the scene.
+Frame frame_with_sensors(const Scene& scene, std::span<const Sensor> sensors);
 
 /// H = sum over surfaces of B x form factor x visible fraction at each of options.sensors: by patches, and by elements
 /// where the patch is near (closer than `near_diameters` of its own diameter). Rays (options.sensor_rays) are shared out by each surface's

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <numeric>
 
-#include "clrad/frame.hpp"
 #include "clrad/solver.hpp"
 #include "mesh/average.hpp"
 #include "mesh/build.hpp"
@@ -81,7 +80,7 @@ Solution solve(Device& device, const Scene& scene, const SolveOptions& options) 
   Solution solution;
   solution.scene = scene;
   solution.bands = std::uint32_t(scene.bands.size());
-  solution.frame = frame_of(scene);
+  solution.frame = frame_with_sensors(scene, options.sensors);
   const std::vector<std::uint32_t> planes = plane_ids(scene);
   std::unique_ptr<Checkpoint> resumed;
   if (!options.resume.empty()) resumed = std::make_unique<Checkpoint>(options.resume, device, scene, options);

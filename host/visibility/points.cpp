@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <glm/common.hpp>
 
 #include "clrad/visibility.hpp"
 #include "device/layout.hpp"
@@ -34,8 +35,9 @@ void upload_as(Device& device, const cl::Buffer& buffer, std::span<const Point> 
   std::vector<DevicePoint> converted;
   converted.reserve(points.size());
   for (const auto& p : points) {
-    const double worst = std::max({std::abs(p.position.x), std::abs(p.position.y), std::abs(p.position.z)});
-    if (!(worst <= farthest))
+    // Each by itself, and written so that NaN fails: std::max would drop one.
+    const glm::dvec3 size = glm::abs(p.position);
+    if (!(size.x <= farthest && size.y <= farthest && size.z <= farthest))
       throw UsageError(
           fmt::format("a point at ({:.6g}, {:.6g}, {:.6g}) of the scene's frame is farther out than {} times "
                       "the scene's size",

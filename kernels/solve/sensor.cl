@@ -10,6 +10,10 @@ clrad_vector corner_from(CLRAD_POINT_T c, CLRAD_POINT_T p) {
   return clrad_make((c.x - p.x) + (c.x_lo - p.x_lo), (c.y - p.y) + (c.y_lo - p.y_lo), (c.z - p.z) + (c.z_lo - p.z_lo));
 }
 
+/* Rounding of normals and of cosines from corner differences, relative to the distance: 2^-20 is 16 times a float's. What
+ * is so close to a plane is left to the factor, which decides in doubled precision. */
+#define CLOSE CLRAD_R(0x1p-20)
+
 /* Nodes of each (sensor, patch): 0 when the patch is dark, in the sensor's plane, behind it, or looks away from it. */
 __kernel void sensor_nodes(__global const CLRAD_POINT_T* sensors, __global const CLRAD_POINT_T* corners,
                            __global const uint* first_element, __global const REAL* brightness, REAL near_squared,
@@ -24,8 +28,8 @@ __kernel void sensor_nodes(__global const CLRAD_POINT_T* sensors, __global const
   for (int k = 0; k < 4; k++) {
     const CLRAD_POINT_T c = corners[4 * patch + k];
     const clrad_vector r = corner_from(c, s);
-    above |= clrad_dot(n, r) > 0;
     const REAL r2 = clrad_dot(r, r);
+    above |= clrad_dot(n, r) > -CLOSE * sqrt(r2);
     nearest = r2 < nearest ? r2 : nearest;
     const clrad_vector d = corner_from(c, corners[4 * patch]);
     const REAL d2 = clrad_dot(d, d);
@@ -33,7 +37,8 @@ __kernel void sensor_nodes(__global const CLRAD_POINT_T* sensors, __global const
   }
   const CLRAD_POINT_T c = corners[4 * patch];
   const clrad_vector r = corner_from(c, s);
-  const int front = c.plane != s.plane && clrad_dot(clrad_make(c.nx, c.ny, c.nz), r) < 0;
+  const int front =
+      c.plane != s.plane && clrad_dot(clrad_make(c.nx, c.ny, c.nz), r) < CLOSE * sqrt(clrad_dot(r, r));
   uint nodes = 0;
   if (front && above && brightness[patch] > 0)
     nodes = nearest < near_squared * diameter ? first_element[patch + 1] - first_element[patch] : 1;
@@ -110,7 +115,8 @@ __kernel void sensor_rays(__global const CLRAD_POINT_T* sensors, __global const 
   const REAL r2 = clrad_dot(x, x);
   const REAL above = clrad_dot(clrad_make(s.nx, s.ny, s.nz), x), facing = -clrad_dot(n, x);
   const REAL jacobian = clrad_dot(n, clrad_cross(du, dv));
-  kernel_of[i] = above > 0 && facing > 0 && r2 > 0 ? above * facing * jacobian / (r2 * r2) : 0;
+  /* In this order nothing overflows or underflows at 1e-12 of the frame, where r2 r2 would. */
+  kernel_of[i] = above > 0 && facing > 0 && r2 > 0 ? (above / r2) * (facing / r2) * jacobian : 0;
   CLRAD_POINT_T end = c[0];
   end.x = s.x + x.x;
   end.x_lo = (s.x - end.x) + x.x + s.x_lo;
