@@ -11,21 +11,28 @@ namespace {
 
 constexpr const char* file = "viewfactors/integrate.cl";
 // As in the kernel file.
-constexpr std::uint64_t cell_points = 25, cell_words = 6, piece_reals = 49, point_reals = 3, result_reals = 5;
+constexpr std::uint64_t cell_points = 25, cell_words = 6, piece_reals = 49, point_reals = 3, result_reals = 6;
 // The error of a first cell, as a share of how much the integrand varies over it: where something may be hidden, and where
 // all is smooth.
 constexpr double unconfirmed_hidden = 0.1, unconfirmed_free = 1e-3;
-// Parts of a receiver below this x the relative error asked for are not looked at closely.
+// Of the highest null rules, the least that counts as error where something may be hidden.
+constexpr double kinked = 0.1;
+// Cells below this x the relative error asked for x the smaller area of the two are not looked at more closely at first.
 constexpr double negligible = 1e-3;
 constexpr std::uint64_t cells_at_once = 8192;  // without occluders
 
 struct Cell {
   std::uint32_t part = 0, quad = 0;
   CellPlace place{};
-  double value = 0, error = 0, unsure = 0, varies = 0;
-  bool along_v = false;
-  bool child = false;  // of a cell with this value and error; siblings follow each other
+  double value = 0, unsure = 0;
+  double raw[2] = {0, 0}, error[2] = {0, 0},
+         varies[2] = {0, 0};           // along u and v; raw: the rule's own estimate
+  bool confirmed[2] = {false, false};  // some halving that way has been compared with the whole
+  int child =
+      -1;  // of a cell with this value and error, halved along u (0) or v (1); siblings follow each other
   double parent_value = 0, parent_error = 0;
+
+  double total_error() const { return error[0] + error[1] + unsure; }
 };
 
 // The tasks as the kernels see them.
@@ -112,13 +119,17 @@ class Integration {
                          {first, n, first_occluder, std::uint32_t(part.occluders.size())});
     const glm::dvec3& normal = part.receiver_normal;
     tables_.normals.insert(tables_.normals.end(), {normal.x, normal.y, normal.z});
-    const CellGrading grading(part, negligible * limits_.relative * whole);
+    const CellGrading grading(part, negligible * limits_.relative * std::min(whole, area_of(part.shooter)));
     for (const Convex& r : part.receiver)
       for (const Quad& quad : quads_of(r)) {
         std::vector<CellPlace> places;
         grading.grade(quad, places);
-        for (const CellPlace& place : places)
-          fresh_.push_back({index, std::uint32_t(tables_.quads.size() / 12), place});
+        for (const CellPlace& place : places) {
+          Cell cell;
+          cell.part = index, cell.quad = std::uint32_t(tables_.quads.size() / 12);
+          cell.place = place;
+          fresh_.push_back(cell);
+        }
         for (const auto& c : quad) tables_.quads.insert(tables_.quads.end(), {c.x, c.y, c.z});
       }
   }
@@ -145,19 +156,19 @@ class Integration {
     const std::vector<double> found = results.download();
     for (std::uint64_t i = 0; i < all; ++i) {
       const double* r = found.data() + result_reals * i;
-      cells[i].value = r[0], cells[i].error = r[1], cells[i].unsure = r[2];
-      cells[i].along_v = r[3] > 0;
-      cells[i].varies = r[4];
+      Cell& c = cells[i];
+      c.value = r[0], c.unsure = r[1];
+      c.error[0] = c.raw[0] = r[2], c.error[1] = c.raw[1] = r[3];
+      c.varies[0] = r[4], c.varies[1] = r[5];
     }
-    for (std::uint64_t i = 0; i + 1 < all; ++i) {
-      if (!cells[i].child) continue;
-      Cell &a = cells[i], &b = cells[++i];
-      const double moved = std::abs(a.parent_value - a.value - b.value);
-      if (moved <= a.parent_error) continue;
-      // The parent's estimate was too low; a kink's error falls by about 5 from halving to halving.
-      a.error = std::max(a.error, 0.2 * moved);
-      b.error = std::max(b.error, 0.2 * moved);
-    }
+    for (std::uint64_t i = 0; i < all; ++i)
+      if (cells[i].child >= 0) compare(cells[i], cells[i + 1]), ++i;
+    // An estimate that no halving has confirmed counts only where little can be wrong.
+    for (Cell& c : cells)
+      for (int k = 0; k < 2; ++k)
+        if (!c.confirmed[k])
+          c.error[k] =
+              std::max(c.error[k], c.varies[k] * (occluded(c) ? unconfirmed_hidden : unconfirmed_free));
     counts_.cells += all;
     counts_.points += all * cell_points;
   }
@@ -180,19 +191,26 @@ class Integration {
                     vertices_, stack_, capacity, points);
       }
       const auto stage = device_.stage("sum cells");
-      device_.run(file, "cell_sums", count, points, std::uint32_t(first), count, results);
+      device_.run(file, "cell_sums", count, points, std::uint32_t(first), count,
+                  Real{capacity ? kinked : 0.0}, results);
     }
+  }
+
+  // Two siblings with their parent: if its estimate was too low, theirs are, too.
+  static void compare(Cell& a, Cell& b) {
+    const double moved = std::abs(a.parent_value - a.value - b.value);
+    if (moved <= a.parent_error) return;
+    // A kink's error falls by about 5 from halving to halving.
+    a.error[a.child] = std::max(a.error[a.child], 0.2 * moved);
+    b.error[b.child] = std::max(b.error[b.child], 0.2 * moved);
   }
 
   void refine(PairState& state, const PairTask& task) {
     if (state.done) return;
     state.value = state.error = state.unsure = 0;
-    // An estimate that no halving has confirmed counts only where little can be wrong.
-    for (Cell& c : state.cells) {
-      if (!c.child)
-        c.error = std::max(c.error, c.varies * (occluded(c) ? unconfirmed_hidden : unconfirmed_free));
+    for (const Cell& c : state.cells) {
       state.value += c.value;
-      state.error += c.error + c.unsure;
+      state.error += c.total_error();
       state.unsure += c.unsure;
     }
     const double goal = std::max(limits_.relative * state.value, task.least);
@@ -202,14 +220,23 @@ class Integration {
     std::vector<Cell> kept;
     const std::size_t before = fresh_.size();
     for (const Cell& c : state.cells) {
-      const bool along_v = c.place.level_v < deepest_cell && (c.along_v || c.place.level_u >= deepest_cell);
-      if (!(c.error > most) || (c.place.level_u >= deepest_cell && c.place.level_v >= deepest_cell)) {
+      const bool can[2] = {c.place.level_u < deepest_cell, c.place.level_v < deepest_cell};
+      if (!(c.error[0] + c.error[1] > most) || (!can[0] && !can[1])) {
         kept.push_back(c);
         continue;
       }
-      for (const std::uint32_t which : {0u, 1u})
-        fresh_.push_back({c.part, c.quad, c.place.half(along_v, which), 0, 0, 0, 0, false, true, c.value,
-                          c.error + c.unsure});
+      const bool along_v = can[1] && (c.error[1] > c.error[0] || !can[0]);
+      for (const std::uint32_t which : {0u, 1u}) {
+        Cell child;
+        child.part = c.part, child.quad = c.quad;
+        child.place = c.place.half(along_v, which);
+        child.confirmed[0] = c.confirmed[0] || !along_v;
+        child.confirmed[1] = c.confirmed[1] || along_v;
+        child.child = along_v;
+        child.parent_value = c.value;
+        child.parent_error = c.raw[along_v] + c.unsure;
+        fresh_.push_back(child);
+      }
     }
     if (fresh_.size() == before)
       state.done = true;

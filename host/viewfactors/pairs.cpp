@@ -15,6 +15,16 @@ bool has_area(const Convex& polygon, double size) {
   return polygon.size() >= 3 && area_of(polygon) > sliver * size * size;
 }
 
+// Corners that cutting left on top of each other: the side between them has no direction.
+void drop_repeated(Convex& polygon, double nearer) {
+  for (std::size_t i = 0; i < polygon.size() && polygon.size() >= 3;) {
+    if (glm::distance(polygon[i], polygon[(i + 1) % polygon.size()]) <= nearer)
+      polygon.erase(polygon.begin() + std::ptrdiff_t(i));
+    else
+      ++i;
+  }
+}
+
 // The rectangle of the receiver's plane outside which the occluder hides nothing of the shooter.
 void find_shadow(PairPart& part, PairPart::Occluder& o) {
   const glm::dvec3 n = part.receiver_normal, on = part.receiver[0][0];
@@ -141,6 +151,7 @@ std::vector<PairPart> parts_of_pair(const SurfaceList& surfaces, const BoxTree& 
       corner = cut(corner, over_r(corner), std::max(doubt_r, 4 * 0x1p-53 * o.largest)).front;
       if (corner.empty()) continue;
       corner = cut(corner, over_s(corner), std::max(doubt_s, 4 * 0x1p-53 * o.largest)).front;
+      drop_repeated(corner, 1e-13 * size);
       if (!has_area(corner, size) || !shaft.may_hold(corner, doubt)) continue;
       part.occluders.push_back({std::move(corner), o.normal});
     }

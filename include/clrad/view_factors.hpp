@@ -53,7 +53,8 @@ struct ViewFactors {
   double worst_relative_error =
       0;  ///< largest error / F_ij, small F_ij as ViewFactorOptions::target_error has it
   std::uint64_t over_target = 0;  ///< entries whose error is above what was asked
-  /// Of the sampled pairs: |A_i F_ij - A_j F_ji| / (A_i F_ij), F_ji integrated anew over j.
+  /// Of the sampled pairs: |A_i F_ij - A_j F_ji| / (A_i F_ij), F_ji integrated anew over j; small factors as in
+  /// worst_relative_error.
   struct {
     std::uint64_t pairs = 0;
     double worst = 0, estimated = 0;  ///< `estimated`: sum of the two error estimates of that pair, relative

@@ -25,7 +25,7 @@
 #define OCCLUDER_REALS 5    /* unit normal, its offset (n . x of its points), height at which it counts as seen edge-on */
 #define MOST_CORNERS 16     /* of a piece; more overflow into "unsure" */
 #define PIECE_REALS (1 + 3 * MOST_CORNERS) /* on the stack: corners + 64 * next occluder, corner positions */
-#define RESULT_REALS 5      /* of a cell, see cell_sums */
+#define RESULT_REALS 6      /* of a cell, see cell_sums */
 #define POINT_REALS 3       /* seen, unsure, rounding; each times the area that the point stands for */
 
 __constant REAL node_at[NODES] = {CLRAD_R(0.0469100770306680036), CLRAD_R(0.2307653449471584545), CLRAD_R(0.5),
@@ -125,6 +125,35 @@ clrad_vector pyramid_side(__global const REAL* corner, uint corners, uint e, clr
   return from_front ? clrad_scaled(c, -1) : c;
 }
 
+/* Whether some side of the pyramid over the occluder has all of the piece beyond it, or some side of the pyramid over the
+ * piece all of the occluder: then it hides nothing. Cheap, and true for most pairs. */
+int plainly_apart(const clrad_vector* p, int n, __global const REAL* corner, uint corners, clrad_vector x,
+                  int from_front) {
+  REAL largest = 0;
+  for (int i = 0; i < n; i++) {
+    const REAL l = clrad_largest(p[i]);
+    largest = l > largest ? l : largest;
+  }
+  for (uint e = 0; e < corners; e++) {
+    const clrad_vector h = pyramid_side(corner, corners, e, x, from_front);
+    const REAL allowed = 16 * CLRAD_EPSILON * clrad_largest(h) * largest;
+    int inside = 0;
+    for (int i = 0; i < n && !inside; i++) inside = clrad_dot(h, p[i]) > allowed;
+    if (!inside) return 1;
+  }
+  for (int i = 0; i < n; i++) {
+    const clrad_vector ahead = p[i + 1 < n ? i + 1 : 0], h = clrad_cross(ahead, p[i]);
+    const REAL size = clrad_largest(ahead) * clrad_largest(p[i]); /* corners may coincide: not the size of h */
+    int inside = 0;
+    for (uint e = 0; e < corners && !inside; e++) {
+      const clrad_vector c = clrad_minus(load_vector(corner + 3 * e), x);
+      inside = clrad_dot(h, c) >= -16 * CLRAD_EPSILON * size * clrad_largest(c);
+    }
+    if (!inside) return 1;
+  }
+  return 0;
+}
+
 /* F at one point: *seen, what of it no stack or piece had room for (*unsure), and a bound of the rounding. */
 void visible_factor(clrad_vector x, clrad_vector normal, __global const uint* pair, __global const uint* occluder,
                     __global const REAL* occluder_real, __global const REAL* vertex, __global REAL* stack,
@@ -155,39 +184,41 @@ void visible_factor(clrad_vector x, clrad_vector normal, __global const uint* pa
         const REAL height = clrad_dot(load_vector(plane), x) - plane[3];
         if (!(height > plane[4] || height < -plane[4])) continue; /* edge-on */
         const int from_front = height > 0;
+        if (plainly_apart(p, n, corner, corners, x, from_front)) continue;
+        /* Each side cuts off what is beyond it, to wait on the stack; if nothing is left, nothing was hidden. */
+        const uint depth_before = depth;
+        const REAL lost_before = lost;
         int m = n, beyond = 0;
         for (int i = 0; i < n; i++) q[i] = p[i];
-        for (uint e = 0; e < corners && m > 0; e++) { /* does it hide anything of the piece? */
+        for (uint e = 0; e < corners && m > 0; e++) {
           int k = 0;
           cut_piece(q, m, pyramid_side(corner, corners, e, x, from_front), r, &k, aside, &beyond);
-          m = k > MOST_CORNERS ? MOST_CORNERS : k;
-          for (int i = 0; i < m; i++) q[i] = r[i];
-        }
-        if (m == 0) continue;
-        for (uint e = 0; e < corners && n > 0; e++) {
-          int k = 0;
-          cut_piece(p, n, pyramid_side(corner, corners, e, x, from_front), q, &k, r, &beyond);
           if (beyond > 0) {
             if (beyond > MOST_CORNERS || depth == capacity) {
               REAL ignored = 0;
-              lost += careful ? careful_of(r, beyond, normal) : contour_of(r, beyond, normal, &ignored);
+              lost += careful ? careful_of(aside, beyond, normal) : contour_of(aside, beyond, normal, &ignored);
             } else {
               __global REAL* top = stack + PIECE_REALS * depth++;
               top[0] = (REAL)(64 * (next - first) + beyond);
               for (int i = 0; i < beyond; i++) {
-                top[3 * i + 1] = r[i].x;
-                top[3 * i + 2] = r[i].y;
-                top[3 * i + 3] = r[i].z;
+                top[3 * i + 1] = aside[i].x;
+                top[3 * i + 2] = aside[i].y;
+                top[3 * i + 3] = aside[i].z;
               }
             }
           }
           if (k > MOST_CORNERS) {
             REAL ignored = 0;
-            lost += careful ? careful_of(q, k, normal) : contour_of(q, k, normal, &ignored);
-            k = 0;
+            lost += careful ? careful_of(r, k, normal) : contour_of(r, k, normal, &ignored);
+            k = -1; /* not empty, but given up */
           }
-          n = k;
-          for (int i = 0; i < n; i++) p[i] = q[i];
+          m = k;
+          for (int i = 0; i < m; i++) q[i] = r[i];
+        }
+        if (m == 0) {
+          depth = depth_before;
+          lost = lost_before;
+          continue;
         }
         n = 0; /* what is left is inside the pyramid */
       }
@@ -243,17 +274,17 @@ __kernel void cell_points(__global const uint* cells, uint first_cell, uint coun
 
 /* What the two highest null rules leave, and how fast they fall, say how wrong Gauss' rule is. The rule is exact to degree
  * 9: for a smooth function whose coefficients fall by rho a degree, high / low is rho^-2 and the error rho^-6 x high; near
- * a kink they hardly fall, and the error is some part of high. The host distrusts it where halving a cell shows more. */
-REAL rule_error(REAL high, REAL low) {
+ * a kink they hardly fall, and the error is some part of high. least: the least part of high, for where kinks are. The host distrusts it where halving a cell shows more. */
+REAL rule_error(REAL high, REAL low, REAL least) {
   if (!(high > 0)) return 0;
   const REAL ratio = high / low; /* inf when low = 0 */
-  const REAL fall = ratio < CLRAD_R(0.2) ? ratio * 5 : (REAL)1;
-  return high * fall * fall * fall;
+  const REAL fall = ratio < CLRAD_R(0.2) ? ratio * 5 : (REAL)1, smooth = fall * fall * fall;
+  return high * (smooth > least ? smooth : least);
 }
 
-/* One work-item a cell: results (value, error, unsure, 1 when the error lies rather along v, how much the integrand varies).
+/* One work-item a cell: results (value, unsure, error along u, along v, how much the integrand varies along u, along v).
  * `value` counts half of what is unsure. */
-__kernel void cell_sums(__global const REAL* points, uint first_cell, uint count, __global REAL* results) {
+__kernel void cell_sums(__global const REAL* points, uint first_cell, uint count, REAL least, __global REAL* results) {
   const uint i = get_global_id(0);
   if (i >= count) return;
   __global const REAL* g = points + (ulong)i * CELL_POINTS * POINT_REALS;
@@ -278,13 +309,14 @@ __kernel void cell_sums(__global const REAL* points, uint first_cell, uint count
       high += node_weight[line] * sqrt(c[3] * c[3] + c[2] * c[2]);
       low += node_weight[line] * sqrt(c[1] * c[1] + c[0] * c[0]);
     }
-    error[side] = rule_error(high, low);
+    error[side] = rule_error(high, low, least);
     varies[side] = high + low;
   }
   __global REAL* result = results + RESULT_REALS * (ulong)(first_cell + i);
   result[0] = value + unsure / 2;
-  result[1] = error[0] + error[1] + rounding;
-  result[2] = unsure / 2;
-  result[3] = error[1] == error[0] ? varies[1] > varies[0] : error[1] > error[0];
-  result[4] = varies[0] + varies[1];
+  result[1] = unsure / 2;
+  result[2] = error[0] + rounding;
+  result[3] = error[1];
+  result[4] = varies[0];
+  result[5] = varies[1];
 }
