@@ -14,9 +14,9 @@ constexpr const char* file = "viewfactors/integrate.cl";
 constexpr std::uint64_t cell_points = 25, cell_words = 6, piece_reals = 49, point_reals = 3, result_reals = 6;
 // The error of a first cell, as a share of how much the integrand varies over it: where something may be hidden, and where
 // all is smooth.
-constexpr double unconfirmed_hidden = 0.1, unconfirmed_free = 1e-3;
-// Of the highest null rules, the least that counts as error where something may be hidden.
-constexpr double kinked = 0.1;
+constexpr double unconfirmed_hidden = 0.1, unconfirmed_free = 1e-2;
+// Of the highest null rules, the least that counts as error: where something may be hidden, and where all is smooth.
+constexpr double least_hidden = 0.1, least_free = 0.02;
 // Cells below this x the relative error asked for x the smaller area of the two are not looked at more closely at first.
 constexpr double negligible = 1e-3;
 constexpr std::uint64_t cells_at_once = 8192;  // without occluders
@@ -192,7 +192,7 @@ class Integration {
       }
       const auto stage = device_.stage("sum cells");
       device_.run(file, "cell_sums", count, points, std::uint32_t(first), count,
-                  Real{capacity ? kinked : 0.0}, results);
+                  Real{capacity ? least_hidden : least_free}, results);
     }
   }
 
