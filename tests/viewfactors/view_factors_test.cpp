@@ -181,7 +181,7 @@ TEST(ViewFactors, NoRoomForPiecesHalvesTheShooter) {
     EXPECT_NEAR(roomy.factor[k], tight.factor[k], roomy.error[k] + tight.error[k] + 1e-14);
 }
 
-// A block on the floor of a closed room: where it stands the floor is dark (12.25 m2 of 13 = 0.9375 of 12 m2), every other
+// A block on the floor of a closed room: where it stands the floor is dark (0.75 of 12 m2), every other
 // row sums to 1. Faces touch without sharing corners, so that the scene does not count as watertight.
 TEST(ViewFactors, RoomWithABlock) {
   const auto f =
