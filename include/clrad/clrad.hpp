@@ -10,4 +10,5 @@
 #include "clrad/scene.hpp"
 #include "clrad/solution.hpp"
 #include "clrad/solver.hpp"
+#include "clrad/view_factors.hpp"
 #include "clrad/visibility.hpp"

@@ -1,0 +1,241 @@
+// View factors against the reference's closed forms and tables, and against what must hold of any scene.
+//
+// Tolerances: what is asked for, target_error x F; references have 12 digits or more. Estimates are sums of errors' sizes
+// over cells, so they should cover the error of each entry; one in fifty may be off by up to 3 (kinks that Gauss points
+// of a coarse cell see too little of).
+#include "clrad/view_factors.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "oracle/reference.hpp"
+
+namespace clrad {
+namespace {
+
+using oracle::json;
+
+constexpr double targets[] = {1e-4, 1e-6};
+
+Device& double_device() {
+  static Device device({.precision = Precision::float64});
+  return device;
+}
+
+Scene scene_of_polygons(const std::vector<json>& polygons) {
+  Scene scene;
+  scene.file = "reference";
+  scene.bands = {"grey"};
+  scene.materials.push_back({"black", {0.0}, {0.0}, {}});
+  for (const json& p : polygons)
+    scene.polygons.push_back(oracle::polygon(p, 0, fmt::format("p{}", scene.polygons.size())));
+  return scene;
+}
+
+// Entries seen so far and those whose estimate did not cover the error.
+struct Coverage {
+  int entries = 0, missed = 0;
+  void expect(const std::string& what, double got, double estimate, double want, double target) {
+    const double error = std::abs(got - want), rounding = 1e-12 * want;
+    EXPECT_LE(error, target * want + rounding) << what << ": " << got << " is not " << want;
+    EXPECT_LE(error, 3 * estimate + rounding) << what << ": estimate";
+    ++entries;
+    missed += error > estimate + rounding;
+  }
+  ~Coverage() { EXPECT_LE(50 * missed, entries) << missed << " of " << entries << " estimates too low"; }
+};
+
+std::string id_of(const json& c) {
+  return c.at("id");
+}
+
+TEST(ViewFactors, TwoPolygons) {
+  const json data = oracle::reference("a_area_factors.json");
+  Coverage coverage;
+  for (const double target : targets)
+    for (const json& c : data.at("cases")) {
+      if (!c.contains("polygon_1")) continue;
+      const auto f = view_factors(double_device(), scene_of_polygons({c.at("polygon_1"), c.at("polygon_2")}),
+                                  {.target_error = target});
+      coverage.expect(id_of(c), f.at(0, 1), f.error_at(0, 1), c.at("value"), target);
+      coverage.expect(id_of(c) + " back", f.at(1, 0), f.error_at(1, 0), c.at("value_reverse"), target);
+      EXPECT_EQ(f.over_target, 0u) << id_of(c);
+      EXPECT_EQ(f.reciprocity.pairs, 1u) << id_of(c);
+      EXPECT_LE(f.reciprocity.worst, 2 * target) << id_of(c);
+    }
+  EXPECT_GE(coverage.entries, 100);
+}
+
+// Regular polygons of 8 and 16 corners are faces that reading cuts into triangles: one row each.
+TEST(ViewFactors, FacesOfManyCornersAreOneRow) {
+  const json data = oracle::reference("a_area_factors.json");
+  int found = 0;
+  for (const json& c : data.at("cases")) {
+    if (!c.contains("regular_polygon_versions")) continue;
+    for (const json& v : c.at("regular_polygon_versions")) {
+      Scene scene = scene_of_polygons({});
+      std::uint32_t line = 0;
+      for (const char* key : {"polygon_1", "polygon_2"}) {
+        const json& corners = v.at(key);
+        ++line;
+        for (std::size_t k = 1; k + 1 < corners.size(); ++k) {
+          Polygon p = oracle::polygon({corners[0], corners[k], corners[k + 1]}, 0, key);
+          p.where = {"disks.obj", line, ""};
+          scene.polygons.push_back(p);
+        }
+      }
+      const auto f = view_factors(double_device(), scene);
+      ASSERT_EQ(f.rows(), 2u);
+      const double want = v.at("value");
+      EXPECT_NEAR(f.at(0, 1), want, 1e-4 * want) << id_of(c);
+      EXPECT_NEAR(f.at(0, 1) * f.area_m2[0], f.at(1, 0) * f.area_m2[1], 1e-14 * f.area_m2[0]);
+      ++found;
+    }
+  }
+  EXPECT_GE(found, 4);
+}
+
+TEST(ViewFactors, ClosedRoomsAndTheirRowSums) {
+  const json data = oracle::reference("a_closure.json");
+  Coverage coverage;
+  for (const double target : targets)
+    for (const json& c : data.at("cases")) {
+      if (!c.contains("faces")) continue;
+      std::vector<json> faces;
+      for (const json& face : c.at("faces")) faces.push_back(face.at("vertices"));
+      const auto f = view_factors(double_device(), scene_of_polygons(faces), {.target_error = target});
+      EXPECT_TRUE(f.closed) << id_of(c);
+      EXPECT_EQ(f.hidden_pairs, 0u) << id_of(c);
+      for (std::uint32_t i = 0; i < f.rows(); ++i) {
+        EXPECT_NEAR(f.row_sum[i], 1, f.row_error[i] + 1e-12) << id_of(c) << " row " << i;
+        EXPECT_LE(f.row_error[i], target * f.row_sum[i]) << id_of(c) << " row " << i;
+        for (std::uint32_t j = 0; j < f.rows(); ++j)
+          coverage.expect(fmt::format("{} {} {}", id_of(c), i, j), f.at(i, j), f.error_at(i, j),
+                          c.at("F")[i][j], target);
+      }
+    }
+}
+
+// The L-shaped room: the reentrant corner hides; floor and ceiling are L-shaped faces of two pieces each.
+TEST(ViewFactors, LShapedRoom) {
+  const json data = oracle::reference("a_closure.json");
+  const json& c = oracle::reference_case(data, "A-closure-lroom-1");
+  std::vector<json> polygons;
+  for (const json& wall : c.at("walls")) polygons.push_back(wall.at("vertices"));
+  const auto walls = std::uint32_t(polygons.size());
+  Scene scene = scene_of_polygons(polygons);
+  const json& l = c.at("floor_polygon_concave");
+  const double height = c.at("ceiling_height");
+  // Cut at the reentrant corner (3) and its opposite (0).
+  for (const std::uint32_t level : {0u, 1u})
+    for (const auto& piece : {std::array{0, 1, 2, 3}, std::array{0, 3, 4, 5}}) {
+      Polygon p = oracle::polygon({l[piece[0]], l[piece[1]], l[piece[2]], l[piece[3]]}, 0,
+                                  level ? "ceiling" : "floor");
+      if (level) std::reverse(p.corner.begin(), p.corner.end());
+      for (auto& corner : p.corner) corner.z = level * height;
+      p.where = {"room.obj", level + 1, ""};
+      scene.polygons.push_back(p);
+    }
+  for (const double target : targets) {
+    const auto f = view_factors(double_device(), scene, {.target_error = target});
+    ASSERT_EQ(f.rows(), walls + 2);
+    EXPECT_GT(f.hidden_pairs, 0u);
+    Coverage coverage;
+    const auto check = [&](std::uint32_t i, std::uint32_t j, double want) {
+      coverage.expect(fmt::format("{} {}", i, j), f.at(i, j), f.error_at(i, j), want, target);
+    };
+    for (std::uint32_t i = 0; i < walls; ++i) {
+      for (std::uint32_t j = 0; j < walls; ++j) check(i, j, c.at("F_wall_wall")[i][j]);
+      check(i, walls, c.at("F_wall_floor")[i]);
+      check(walls, i, c.at("F_floor_wall")[i]);
+      check(i, walls + 1, c.at("F_wall_ceiling")[i]);
+    }
+    check(walls, walls + 1, c.at("F_floor_ceiling"));
+    for (std::uint32_t i = 0; i < f.rows(); ++i) EXPECT_NEAR(f.row_sum[i], 1, f.row_error[i] + 1e-11) << i;
+  }
+}
+
+TEST(ViewFactors, WhatStandsBetweenHides) {
+  const json data = oracle::reference("b_area_occluded.json");
+  Coverage coverage;
+  for (const double target : targets)
+    for (const json& c : data.at("cases")) {
+      if (!c.contains("receiver")) continue;
+      std::vector<json> polygons{c.at("receiver"), c.at("light")};
+      for (const json& o : c.at("occluders")) polygons.push_back(o);
+      const auto f = view_factors(double_device(), scene_of_polygons(polygons), {.target_error = target});
+      coverage.expect(id_of(c), f.at(0, 1), f.error_at(0, 1), c.at("value"), target);
+    }
+  EXPECT_GE(coverage.entries, 14);
+}
+
+// Where the stack of pieces is too small, shooters are halved: the same answer, within what both say of themselves.
+TEST(ViewFactors, NoRoomForPiecesHalvesTheShooter) {
+  const Scene scene = load_scene(CLRAD_SCENES "/block_room.obj");
+  const auto roomy = view_factors(double_device(), scene, {.reciprocity_sample = 0});
+  const auto tight = view_factors(double_device(), scene, {.reciprocity_sample = 0, .stack_pieces = 2});
+  EXPECT_GT(tight.points, roomy.points);
+  ASSERT_EQ(roomy.column, tight.column);
+  for (std::size_t k = 0; k < roomy.factor.size(); ++k)
+    EXPECT_NEAR(roomy.factor[k], tight.factor[k], roomy.error[k] + tight.error[k] + 1e-14);
+}
+
+// A block on the floor of a closed room: where it stands the floor is dark (0.75 of 12 m2), every other
+// row sums to 1. Faces touch without sharing corners, so that the scene does not count as watertight.
+TEST(ViewFactors, RoomWithABlock) {
+  const auto f =
+      view_factors(double_device(), load_scene(CLRAD_SCENES "/block_room.obj"), {.target_error = 1e-6});
+  EXPECT_EQ(f.over_target, 0u);
+  EXPECT_LE(f.reciprocity.worst, 2e-6);
+  for (std::uint32_t i = 0; i < f.rows(); ++i) {
+    const double visible = f.name[i] == "z_min" ? 1 - 0.75 / 12 : 1;
+    EXPECT_NEAR(f.row_sum[i], visible, f.row_error[i]) << f.name[i];
+  }
+}
+
+// Moved a million metres (exactly), scaled by a power of two, and a batch cut smaller by less memory: the same bits.
+TEST(ViewFactors, SameBitsWhereverItStands) {
+  const json data = oracle::reference("b_area_occluded.json");
+  const json& c = oracle::reference_case(data, "B-ar-1");
+  const Scene scene = scene_of_polygons({c.at("receiver"), c.at("light"), c.at("occluders")[0]});
+  const auto f = view_factors(double_device(), scene);
+  Scene moved = scene;
+  for (Polygon& p : moved.polygons)
+    for (glm::dvec3& corner : p.corner) corner = (corner + glm::dvec3(1048576, -2097152, 524288)) * 0.25;
+  const auto g = view_factors(double_device(), moved);
+  ASSERT_EQ(f.column, g.column);
+  // Plane tests know that coordinates are coarser there; the integrals do not depend on it.
+  EXPECT_EQ(f.factor, g.factor);
+  Device small({.precision = Precision::float64, .memory_bytes = 8u << 20});
+  EXPECT_EQ(view_factors(small, scene).factor, f.factor);
+}
+
+// Single precision: 24 bits of the contour's terms, whose sum is F; 1e-3 of the entry is what is left of that here.
+TEST(ViewFactors, SinglePrecision) {
+  Device device;
+  const json data = oracle::reference("a_closure.json");
+  const json& c = oracle::reference_case(data, "A-closure-box-1");
+  std::vector<json> faces;
+  for (const json& face : c.at("faces")) faces.push_back(face.at("vertices"));
+  const auto f = view_factors(device, scene_of_polygons(faces), {.target_error = 1e-3});
+  for (std::uint32_t i = 0; i < 6; ++i)
+    for (std::uint32_t j = 0; j < 6; ++j) EXPECT_NEAR(f.at(i, j), double(c.at("F")[i][j]), 1e-3 * f.at(i, j));
+}
+
+TEST(ViewFactors, StopsWhenTold) {
+  const auto f = view_factors(double_device(), load_scene(CLRAD_SCENES "/block_room.obj"),
+                              {.progress = [](const ViewFactorProgress&) { return false; }});
+  EXPECT_TRUE(f.stopped);
+}
+
+TEST(ViewFactors, BadTargetsAreRefused) {
+  const Scene scene = scene_of_polygons({});
+  EXPECT_THROW(view_factors(double_device(), scene, {.target_error = 0}), UsageError);
+  EXPECT_THROW(view_factors(double_device(), scene, {.target_error = NAN}), UsageError);
+  EXPECT_THROW(view_factors(double_device(), scene, {.target_error = 1}), UsageError);
+  EXPECT_EQ(view_factors(double_device(), scene).rows(), 0u);
+}
+
+}  // namespace
+}  // namespace clrad
