@@ -52,6 +52,7 @@ Json conditions(const Device& device, const Scene& scene, const SolveOptions& o)
       {"--light-samples", o.light_samples},
       {"--seed", o.seed},
       {"--solver", int(o.solver)},
+      {"--closure", int(o.closure)},
       {"--shooters", o.shooters},
       {"--adaptive", a.tolerance},
       {"--max-level", a.max_level},
@@ -84,9 +85,12 @@ void visit_sums(SolveState& state, Visit visit) {
   visit("patch_irradiance", state.patch_irradiance);
   visit("patch_irradiance_lost", state.patch_irradiance_lost);
   visit("total_shot", state.total_shot);
+  visit("total_shot_lo", state.total_shot_lo);
   visit("pending", state.pending);
   visit("vertex_irradiance", state.vertex_irradiance);
   visit("vertex_irradiance_lost", state.vertex_irradiance_lost);
+  visit("vertex_row_sum", state.vertex_row_sum);
+  visit("vertex_row_sum_lost", state.vertex_row_sum_lost);
 }
 
 std::string column_name(std::size_t slot) {
@@ -106,6 +110,9 @@ void write_checkpoint(const std::string& path, Run& run) {
                                {"reshoots", state.reshoots},
                                {"shoots_since_refined", state.shoots_since_refined},
                                {"emitted_power", state.emitted_power},
+                               {"balanced", int(state.balanced)},
+                               {"unshot_before_sweep", state.unshot_before_sweep},
+                               {"stalls", state.stalls},
                                {"column_budget_bytes", state.column_budget_bytes},
                                {"seconds", run.seconds()},
                                {"rays", counts.rays},
@@ -159,6 +166,9 @@ void Checkpoint::read_state(Run& run) {
   number("shoots", state.shoots), number("reshoots", state.reshoots);
   number("shoots_since_refined", state.shoots_since_refined);
   number("emitted_power", state.emitted_power), number("column_budget_bytes", state.column_budget_bytes);
+  int balanced = 0;
+  number("balanced", balanced), state.balanced = balanced != 0;
+  number("unshot_before_sweep", state.unshot_before_sweep), number("stalls", state.stalls);
   number("seconds", run.seconds_before);
   number("rays", run.counts_before.rays), number("pieces", run.counts_before.pieces);
   number("candidates", run.counts_before.candidates), number("exact", run.counts_before.exact);
