@@ -160,7 +160,9 @@ Intervals cut_open_ones(const Intervals& all, const Corners& corners, double tol
   Intervals cut;
   if (points.empty()) return cut;
   const PointGrid grid(points, 4 * tolerance);
-  for (const auto& [ab, interval] : all) {
+  for (const auto& entry : all) {
+    const auto& ab = entry.first;
+    const Interval& interval = entry.second;
     if (interval.sum == 0) continue;
     const glm::dvec3 a = corners.point[ab.first], b = corners.point[ab.second], d = b - a;
     const double length2 = glm::dot(d, d);
@@ -323,7 +325,8 @@ Seams find_seams(const Scene& scene, const Frame& frame, std::span<const std::ui
   std::iota(widest.begin(), widest.end(), 0u);
   std::stable_sort(widest.begin(), widest.end(),
                    [&](Index a, Index b) { return in_plane[a].area > in_plane[b].area; });
-  for (const auto& [first, outline] : outlines) {
+  for (const auto& entry : outlines) {
+    const auto& outline = entry.second;
     const Index polygon = cut.at(outline.front()).polygons.front();
     const bool closed = std::any_of(widest.begin(), widest.end(), [&](Index plane) {
       return close_in(scene, frame, in_plane[plane], plane, corners, cut, outline, seams.surface[polygon],

@@ -191,14 +191,15 @@ void judge_rows(SolveState& state, Solution& solution) {
     for (std::uint32_t b = 0; b < state.bands; ++b) {
       const std::size_t i = std::size_t(b) * state.patches + p;
       if (state.slot_of_patch[p] == 0xffffffffu) continue;
-      wrong[i] = reflectance(state, b, p) * left * total[i];
+      wrong[i] = reflectance(state, b, p) * left * std::abs(total[i]);
       wrong_power += area * wrong[i], power += area * total[i];
     }
   }
   closure.defect_before = before.mean(), closure.worst_defect_before = before.worst;
   closure.defect_after = after.mean(), closure.worst_defect_after = after.worst;
   // What these errors do to radiosity: they are light that comes or goes, and is reflected on like any other.
-  double most = 0;
+  // Where the answer is less than nothing, rows reflect more than they receive.
+  double most = power > 0 ? 0 : INFINITY;
   if (wrong_power > 0 && power > 0) {
     const RealArray source(state.device, wrong, "defects");
     RealArray effect(state.device, wrong.size(), "defects");
@@ -211,10 +212,12 @@ void judge_rows(SolveState& state, Solution& solution) {
     for (std::size_t i = 0; i < moved.size(); ++i)
       moved_power +=
           state.mesh.patches[i % state.patches].area_m2 * state.exposed[i % state.patches] * moved[i];
-    // Reflected light is positive: where it is not, rows reflect more than they receive.
     const bool sound = left < 0.1 && moved_power >= 0;
-    closure.amplification = sound ? moved_power / wrong_power : INFINITY;
-    most = sound ? moved_power / power : INFINITY;
+    // The system at hand has the defects in it. If they lose light, it amplifies less than the one without: of 1 / (loss +
+    // defect) the share m = defect / (loss + defect) is moved, and without the defect it would be defect / loss.
+    const double share = moved_power / power;
+    most = sound && share < 1 ? share / (1 - share) : INFINITY;
+    closure.amplification = most * power / wrong_power;
   }
   closure.amplified_defect = most;
   const bool stalled = !solution.stopped && !(solution.unshot_relative < state.options.converge);

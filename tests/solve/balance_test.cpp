@@ -147,6 +147,19 @@ TEST(Balance, RawRowsShowWhatClosingThemIsWorth) {
   EXPECT_THROW(solve(device, scene, options), DeviceError);
 }
 
+// The same at a finer mesh, where rows happen to sum to more than 1 and the raw answer is below zero.
+TEST(Balance, AnAnswerBelowZeroIsNotClaimed) {
+  Device device;
+  const Scene scene =
+      furnace(oracle::reference_case(closed_forms(), "C-furnace-4").at("polygons"), {0.9999}, {1});
+  SolveOptions options;
+  options.closure = Closure::off;
+  const Solution raw = solve(device, scene, options);
+  EXPECT_GT(furnace_error(raw), 1);
+  EXPECT_FALSE(raw.report.closure.converges);
+  EXPECT_NE(raw.report.warnings.back().find("cannot claim convergence"), std::string::npos);
+}
+
 // A room with a slit of a hundredth of a millimetre is not proven closed, and at this reflectance nobody can say how much
 // light the slit lets out and how much the factors lose; that it is closed can be said instead.
 TEST(Balance, WhatIsNotProvenClosedIsNotClaimedButCanBeSaid) {
