@@ -13,7 +13,7 @@ namespace clrad::cli {
 namespace {
 
 struct Arguments {
-  std::string scene, sensors, estimator = "exact", grid, solver = "progressive";
+  std::string scene, sensors, estimator = "exact", grid, solver = "progressive", closure = "auto";
   OutputArguments outputs;
   DeviceArguments device;
   SolveOptions solve;
@@ -84,6 +84,12 @@ void add_arguments(CLI::App& verb, Arguments& a) {
       ->capture_default_str()
       ->group(solving);
 
+  verb.add_option("--closure", a.closure,
+                  "make rows of form factors sum to 1: auto (where the scene is proven closed), on (it is "
+                  "closed), off")
+      ->check(CLI::IsMember({"auto", "on", "off"}))
+      ->capture_default_str()
+      ->group(solving);
   verb.add_option("--checkpoint", a.solve.checkpoint,
                   "keep the state of the solve in this file while it runs")
       ->group(solving);
@@ -160,6 +166,7 @@ int run(Arguments& a) {
                       : a.estimator == "subdisk" ? Estimator::subdisk
                                                  : Estimator::disk;
   if (!a.grid.empty()) a.solve.grid = parse_grid(a.grid);
+  a.solve.closure = a.closure == "on" ? Closure::on : a.closure == "off" ? Closure::off : Closure::automatic;
   a.solve.solver = a.solver == "gathering"      ? Solver::gathering
                    : a.solver == "gauss-seidel" ? Solver::gauss_seidel
                                                 : Solver::progressive;

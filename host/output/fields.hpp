@@ -125,14 +125,26 @@ void visit_fields(Visit& visit, M& refinement) {
   visit("left_as_few", as_few);
 }
 
+template <class Visit, OneOf<decltype(Report::closure)> M>
+void visit_fields(Visit& visit, M& closure) {
+  auto& [proven, reason, applied, before, worst_before, after, worst_after, amplification, amplified,
+         converges] = closure;
+  visit("proven", proven), visit("reason", reason), visit("applied", applied);
+  visit("defect_before", before), visit("worst_defect_before", worst_before);
+  visit("defect_after", after), visit("worst_defect_after", worst_after);
+  visit("amplification", amplification), visit("amplified_defect", amplified), visit("converges", converges);
+}
+
 template <class Visit, OneOf<Report> M>
 void visit_fields(Visit& visit, M& report) {
   auto& [effects, stages, shoots, reshoots, rays, pieces, candidates, exact_tests, seconds, energy, error,
-         refinement, invariants, warnings, device_peak_bytes, host_peak_bytes, device, options] = report;
+         refinement, closure, invariants, warnings, device_peak_bytes, host_peak_bytes, device, options] =
+      report;
   visit("effects", effects), visit("stages", stages), visit("shoots", shoots), visit("reshoots", reshoots);
   visit("rays", rays), visit("pieces", pieces), visit("candidates", candidates);
   visit("exact_tests", exact_tests), visit("seconds", seconds), visit("energy", energy);
-  visit("error", error), visit("refinement", refinement), visit("invariants", invariants);
+  visit("error", error), visit("refinement", refinement), visit("closure", closure);
+  visit("invariants", invariants);
   visit("warnings", warnings), visit("device_peak_bytes", device_peak_bytes);
   visit("host_peak_bytes", host_peak_bytes), visit("device", device), visit("options", options);
 }

@@ -97,7 +97,7 @@ std::string report_json(const Solution& solution) {
   json["device"] = device_json(report.device);
   json["options"] = Json::object();
   for (const auto& [name, value] : report.options) json["options"][name] = value;
-  json["converged"] = !solution.stopped;
+  json["converged"] = !solution.stopped && report.closure.converges;
   json["stopped"] = solution.stopped;
   json["unshot_relative"] = solution.unshot_relative;
   json["effects"] = effects_json(report);
@@ -133,6 +133,16 @@ std::string report_json(const Solution& solution) {
                     {"unshot" + units.power, report.energy.unshot},
                     {"unaccounted" + units.power, report.energy.unaccounted},
                     {"unaccounted_relative", report.energy.unaccounted_relative}};
+  const auto& closure = report.closure;
+  json["closure"] = {{"proven", closure.proven},
+                     {"reason", closure.reason},
+                     {"applied", closure.applied},
+                     {"defect_before", closure.defect_before},
+                     {"worst_defect_before", closure.worst_defect_before},
+                     {"defect_after", closure.defect_after},
+                     {"worst_defect_after", closure.worst_defect_after},
+                     {"amplification", closure.amplification},
+                     {"amplified_defect", closure.amplified_defect}};
   json["error"] = error_json(report);
   json["invariants"] = Json::array();
   for (const Invariant& invariant : report.invariants)

@@ -58,6 +58,7 @@ Json conditions(const Device& device, const Scene& scene, const SolveOptions& o)
       {"--light-samples", o.light_samples},
       {"--seed", o.seed},
       {"--solver", int(o.solver)},
+      {"--closure", int(o.closure)},
       {"--shooters", o.shooters},
       {"--adaptive", a.tolerance},
       {"--max-level", a.max_level},
@@ -96,9 +97,12 @@ void visit_sums(SolveState& state, Visit visit) {
   visit("patch_irradiance", state.patch_irradiance);
   visit("patch_irradiance_lost", state.patch_irradiance_lost);
   visit("total_shot", state.total_shot);
+  visit("total_shot_lo", state.total_shot_lo);
   visit("pending", state.pending);
   visit("vertex_irradiance", state.vertex_irradiance);
   visit("vertex_irradiance_lost", state.vertex_irradiance_lost);
+  visit("vertex_row_sum", state.vertex_row_sum);
+  visit("vertex_row_sum_lost", state.vertex_row_sum_lost);
 }
 
 // Names in a damaged file need not be UTF-8, which dump() insists on.
@@ -123,6 +127,9 @@ void write_checkpoint(const std::string& path, Run& run) {
                                {"reshoots", state.reshoots},
                                {"shoots_since_refined", state.shoots_since_refined},
                                {"emitted_power", state.emitted_power},
+                               {"balanced", int(state.balanced)},
+                               {"unshot_before_sweep", state.unshot_before_sweep},
+                               {"stalls", state.stalls},
                                {"column_budget_bytes", state.column_budget_bytes},
                                {"seconds", run.seconds()},
                                {"rays", counts.rays},
@@ -189,6 +196,8 @@ CheckpointNumbers Checkpoint::read_numbers(std::uint32_t bands, std::uint32_t ve
   number("shoots", n.shoots), number("reshoots", n.reshoots);
   number("shoots_since_refined", n.shoots_since_refined);
   number("emitted_power", n.emitted_power), number("column_budget_bytes", n.column_budget_bytes);
+  number("balanced", n.balanced), number("stalls", n.stalls);
+  number("unshot_before_sweep", n.unshot_before_sweep);
   number("seconds", n.seconds);
   number("rays", n.rays), number("pieces", n.pieces);
   number("candidates", n.candidates), number("exact", n.exact);
@@ -214,6 +223,8 @@ void Checkpoint::read_state(Run& run) {
   state.shoots = n.shoots, state.reshoots = n.reshoots;
   state.shoots_since_refined = n.shoots_since_refined;
   state.emitted_power = n.emitted_power, state.column_budget_bytes = n.column_budget_bytes;
+  state.balanced = n.balanced != 0;
+  state.unshot_before_sweep = n.unshot_before_sweep, state.stalls = n.stalls;
   run.seconds_before = n.seconds;
   run.counts_before.rays = n.rays, run.counts_before.pieces = n.pieces;
   run.counts_before.candidates = n.candidates, run.counts_before.exact = n.exact;

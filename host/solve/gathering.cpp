@@ -1,5 +1,6 @@
 // Gathering, for comparison: every column is traced before anything is known of the light, then the linear system is
 // relaxed (Goral et al. 1984; section 1.2 of Drucker & Schroeder).
+#include "solve/balance.hpp"
 #include "solve/run.hpp"
 #include "solve/shoot.hpp"
 
@@ -24,6 +25,7 @@ bool trace_all(Run& run) {
 
 void sweep(SolveState& state) {
   if (state.options.solver == Solver::gathering) return reshoot_kept(state);
+  set_up_rows(state);
   const auto stage = state.device.stage("gather at one patch after the other");
   for (const std::uint32_t patch : state.patch_of_slot) gather_row(state, patch);
   state.reshoots += state.patch_of_slot.size();
@@ -39,6 +41,10 @@ bool gather_until_converged(Run& run) {
     const double unshot = unshot_relative(state);
     if (!run.goes_on(unshot)) return false;
     const bool converged = unshot < state.options.converge;
+    if (can_close_rows(state)) {
+      if (!close_rows(run, unshot)) return false;
+      continue;
+    }
     if (run.refined(converged)) continue;
     if (converged) return true;
     sweep(state);

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "clrad/primitives.hpp"
+#include "solve/balance.hpp"
 #include "solve/run.hpp"
 #include "solve/shoot.hpp"
 
@@ -30,6 +31,33 @@ Brightest select(SolveState& state) {
   return result;
 }
 
+// The patches without a column that have light to shoot, the brightest first, at most options.shooters of them.
+std::vector<std::uint32_t> brightest_unseen(SolveState& state) {
+  const std::vector<float> power = state.power.download();
+  std::vector<std::uint32_t> patches;
+  for (std::uint32_t p = 0; p < state.patches; ++p)
+    if (state.slot_of_patch[p] == 0xffffffffu && power[p] > 0) patches.push_back(p);
+  std::stable_sort(patches.begin(), patches.end(),
+                   [&](std::uint32_t a, std::uint32_t b) { return power[a] > power[b]; });
+  patches.resize(std::min<std::size_t>(patches.size(), state.options.shooters));
+  return patches;
+}
+
+// Sweeps over kept columns go on while each leaves less than this share; then new columns are worth more.
+constexpr double sweep_pays = 0.7;
+// Cycles of the solver that leave more than half before it is given up: rounding or the rows are in the way.
+constexpr std::uint32_t most_stalls = 3;
+
+// Once the only light left is that of patches with columns, the linear system of these is solved instead of shooting
+// it again and again, which would take 1 / (1 - rho) sweeps. False when no more can be done.
+bool solve_rest(SolveState& state, double unshot) {
+  if (state.stalls >= most_stalls) return false;
+  solve_kept(state);
+  const bool stalled = !(unshot_relative(state) < 0.5 * unshot);
+  state.stalls = stalled ? state.stalls + 1 : 0;
+  return true;
+}
+
 }  // namespace
 
 double unshot_relative(SolveState& state) {
@@ -44,16 +72,30 @@ bool shoot_until_converged(Run& run) {
   for (;;) {
     Brightest brightest = select(state);
     if (!run.goes_on(brightest.unshot_relative)) return false;
-    const bool converged = brightest.unshot_relative < state.options.converge || brightest.patches.empty();
-    if (run.refined(converged)) continue;
-    if (converged) return true;
+    const double unshot = brightest.unshot_relative;
+    const bool converged = unshot < state.options.converge || brightest.patches.empty();
     const auto kept = [&](std::uint32_t patch) { return state.slot_of_patch[patch] != 0xffffffffu; };
-    if (kept(brightest.patches.front())) {
-      reshoot_kept(state);
+    std::vector<std::uint32_t> unseen;
+    const bool again = !converged && kept(brightest.patches.front());
+    if (again) unseen = brightest_unseen(state);
+    const bool shot_all = again && unseen.empty();
+    if ((converged || shot_all) && can_close_rows(state)) {
+      if (!close_rows(run, unshot)) return false;
       continue;
     }
-    std::erase_if(brightest.patches, kept);
-    shoot(state, brightest.patches);
+    if (run.refined(converged)) continue;
+    if (converged) return true;
+    if (shot_all) {
+      if (!solve_rest(state, unshot)) return true;
+    } else if (again && unshot < sweep_pays * state.unshot_before_sweep) {
+      state.unshot_before_sweep = unshot;
+      reshoot_kept(state);
+    } else {
+      if (again) brightest.patches = unseen;
+      std::erase_if(brightest.patches, kept);
+      shoot(state, brightest.patches);
+      state.unshot_before_sweep = 1e9;
+    }
   }
 }
 

@@ -31,7 +31,7 @@ struct Run {
 /// Unshot / emitted power; leaves every patch's unshot power in state.power.
 double unshot_relative(SolveState& state);
 
-/// The solvers: true when converged, false when stopped.
+/// The solvers: true when converged (or no more can be done), false when stopped.
 bool shoot_until_converged(Run& run);
 bool gather_until_converged(Run& run);
 

@@ -81,7 +81,16 @@ void account(SolveState& state, std::uint32_t slot, std::uint32_t stride, std::u
                    state.patches, state.bands);
 }
 
+// Once for each column, at the vertices from `first` on.
+void add_to_row_sums(SolveState& state, const RealArray& column, std::uint32_t first = 0) {
+  const auto stage = state.device.stage("gather vertices to elements and patches");
+  const RealArray one(state.device, std::vector<double>{1}, "one");
+  state.device.run(deliver, "deliver_to_vertices", state.vertices - first, column, one, 1u, 0u,
+                   state.vertex_row_sum, state.vertex_row_sum_lost, first, state.vertices, 1u);
+}
+
 void keep_column(SolveState& state) {
+  add_to_row_sums(state, state.column);
   auto kept = state.vertex_column();
   if (kept) state.device.copy(state.column.buffer(), kept->buffer(), state.column.bytes());
   state.vertex_columns.push_back(std::move(kept));
@@ -134,10 +143,11 @@ void reshoot_kept(SolveState& state) {
   state.device.run("solve/select.cl", "take_shots", state.patches, state.unshot, state.unshot_lost,
                    state.total_shot, state.pending, state.slot_of_patch_device, state.shot_by_slot, slots,
                    state.patches, state.bands);
+  state.reshoots += slots;
+  if (state.balanced) return restate(state);
   state.device.run(deliver, "deliver_kept", std::uint64_t(state.patches) * state.bands, state.patch_columns,
                    state.patches, state.shot_by_slot, slots, state.patch_rho, state.patch_irradiance,
                    state.patch_irradiance_lost, state.unshot, state.unshot_lost, state.patches, state.bands);
-  state.reshoots += slots;
 }
 
 void deliver_pending(SolveState& state) {
@@ -161,6 +171,7 @@ std::uint64_t shoot_to_new(SolveState& state, std::uint32_t first) {
     const std::uint32_t patch = state.patch_of_slot[slot];
     RealArray& column = state.extend_column(slot);
     rays += trace_column(state, patch, first, column);
+    add_to_row_sums(state, column, first);
     deliver_to_vertices(state, column, state.total_shot, state.patches, patch, first);
     gather_column(state, column, slot);
   }
@@ -173,23 +184,17 @@ void interpolate_to_new(SolveState& state, std::uint32_t first, const Array<std:
     RealArray& column = state.extend_column(slot);
     state.device.run("solve/refine.cl", "interpolate_new", state.vertices - first, column, parents, first,
                      state.vertices);
+    add_to_row_sums(state, column, first);
     deliver_to_vertices(state, column, state.total_shot, state.patches, state.patch_of_slot[slot], first);
     gather_column(state, column, slot);
   }
 }
 
-void restate(SolveState& state) {
-  const auto stage = state.device.stage("account for what is absorbed and unshot");
-  state.device.run(deliver, "restate", std::uint64_t(state.patches) * state.bands, state.patch_columns,
-                   state.patch_of_slot_device, std::uint32_t(state.patch_of_slot.size()), state.total_shot,
-                   state.patch_emitted, state.patch_rho, state.patch_irradiance, state.patch_irradiance_lost,
-                   state.unshot, state.unshot_lost, state.patches, state.bands);
-}
-
 void gather_row(SolveState& state, std::uint32_t patch) {
-  state.device.run(deliver, "gather_row", state.bands, state.patch_columns, state.patch_of_slot_device,
-                   std::uint32_t(state.patch_of_slot.size()), state.patch_emitted, state.patch_rho,
-                   state.total_shot, state.pending, patch, state.patches, state.bands);
+  state.device.run("solve/balance.cl", "gather_row", state.bands, state.patch_columns,
+                   state.patch_of_slot_device, std::uint32_t(state.patch_of_slot.size()), state.patch_emitted,
+                   state.loss, state.coupling, state.total_shot, state.total_shot_lo, state.pending, patch,
+                   state.patches, state.bands);
 }
 
 }  // namespace clrad

@@ -37,7 +37,7 @@ std::uint64_t shoot_to_new(SolveState& state, std::uint32_t first);
 /// show it.
 void interpolate_to_new(SolveState& state, std::uint32_t first, const Array<std::uint32_t>& parents);
 
-/// Patch irradiance and unshot radiosity anew from the kept columns and all that was ever shot.
+/// Patch irradiance and unshot radiosity anew from the kept columns and all that was ever shot (balance.cpp).
 void restate(SolveState& state);
 
 /// One row of Gauss-Seidel: the radiosity of `patch` from that of all others; vertices get it in deliver_pending().

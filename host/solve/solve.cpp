@@ -9,14 +9,17 @@
 #include "clrad/solver.hpp"
 #include "mesh/average.hpp"
 #include "mesh/build.hpp"
+#include "scene/enclosure.hpp"
 #include "scene/planes.hpp"
 #include "scene/range.hpp"
+#include "solve/balance.hpp"
 #include "solve/check_options.hpp"
 #include "solve/checkpoint.hpp"
 #include "solve/covered.hpp"
 #include "solve/invariants.hpp"
 #include "solve/near_field.hpp"
 #include "solve/refine.hpp"
+#include "solve/rounding.hpp"
 #include "solve/run.hpp"
 #include "solve/sensor.hpp"
 #include "solve/shoot.hpp"
@@ -57,6 +60,9 @@ void write_down_options(const Device& device, const SolveOptions& o, const Mesh&
       {"light_samples", fmt::to_string(o.light_samples)},
       {"converge", fmt::to_string(o.converge)},
       {"solver", solvers[int(o.solver)]},
+      {"closure", o.closure == Closure::on    ? "on"
+                  : o.closure == Closure::off ? "off"
+                                              : "auto"},
       {"shooters", fmt::to_string(o.shooters)},
       {"adaptive", fmt::to_string(o.adaptive.tolerance)},
       {"seed", fmt::to_string(o.seed)},
@@ -104,6 +110,9 @@ Solution solve(Device& device, const Scene& scene, const SolveOptions& options) 
 
   SolveState state(device, scene, solution.mesh, solution.bands, *engine, options, solution.vertex_covered,
                    solution.frame.metres());
+  state.enclosure = find_enclosure(scene);
+  state.closes_rows =
+      options.closure == Closure::on || (options.closure == Closure::automatic && state.enclosure.closed);
   solution.report.seconds.build = since(start);
   const auto shooting = Clock::now();
   Run run{state, solution, triangles, shooting};
@@ -115,6 +124,7 @@ Solution solve(Device& device, const Scene& scene, const SolveOptions& options) 
   solution.stopped = !converged;
   if (!options.checkpoint.empty()) run.keep_checkpoint();
   deliver_pending(state);
+  close_vertices(state);
   solution.ambient = ambient_irradiance(state);
   solution.vertex_irradiance = state.vertex_irradiance.download();
   solution.patch_irradiance = state.patch_irradiance.download();
@@ -135,11 +145,13 @@ Solution solve(Device& device, const Scene& scene, const SolveOptions& options) 
   write_down_options(device, options, solution.mesh, engine_name, report);
   account_energy(state, solution);
   check_invariants(state, solution);
+  judge_rows(state, solution);
   if (has_specular(scene))
     report.warnings.emplace_back(
         "diffuse light that arrives by way of mirrors or through glass is not solved: to the solve they "
         "are opaque, and only their diffuse part reflects; pictures follow them");
   report.error.parts.push_back({"convergence", solution.unshot_relative, false});
+  bound_rounding(state, solution);
   report.error.total_relative = NAN;  // the other parts are not estimated yet
   report.stages = device.profile();
   report.device_peak_bytes = device.ledger()->peak;

@@ -27,6 +27,7 @@ SolveState::SolveState(Device& device_, const Scene& scene_, Mesh& mesh_, std::u
       patch_irradiance(device_, std::uint64_t(bands_) * patches, "patch irradiance"),
       patch_irradiance_lost(device_, std::uint64_t(bands_) * patches, "patch irradiance"),
       total_shot(device_, std::uint64_t(bands_) * patches, "shot radiosity"),
+      total_shot_lo(device_, std::uint64_t(bands_) * patches, "shot radiosity"),
       pending(device_, std::uint64_t(bands_) * patches, "undelivered radiosity"),
       power(device_, patches, "unshot power"),
       slot_of_patch(patches, 0xffffffffu),
@@ -34,7 +35,8 @@ SolveState::SolveState(Device& device_, const Scene& scene_, Mesh& mesh_, std::u
       patch_of_slot_device(device_, patches, "column slots") {
   take_mesh();
   device.copy(patch_emitted.buffer(), unshot.buffer(), unshot.bytes());
-  for (RealArray* a : {&unshot_lost, &patch_irradiance, &patch_irradiance_lost, &total_shot, &pending})
+  for (RealArray* a :
+       {&unshot_lost, &patch_irradiance, &patch_irradiance_lost, &total_shot, &total_shot_lo, &pending})
     a->fill_zero();
   // Half of what is left is for columns; the engine's rays and the outputs need the rest.
   column_budget_bytes =
@@ -48,15 +50,18 @@ void SolveState::take_mesh() {
   covered = Array<std::uint32_t>(
       device, std::vector<std::uint32_t>(covered_on_host.begin(), covered_on_host.end()), "covered vertices");
   gatherer = std::make_unique<Gatherer>(device, mesh);
-  for (RealArray* a : {&vertex_irradiance, &vertex_irradiance_lost}) {
-    RealArray grown(device, std::uint64_t(bands) * vertices, "vertex irradiance");
+  const auto grow = [&](RealArray& a, std::uint64_t rows, const char* what) {
+    RealArray grown(device, rows * vertices, what);
     grown.fill_zero();
     const std::uint64_t real = grown.bytes() / grown.size();
-    for (std::uint64_t b = 0; b < bands && before > 0; ++b)
-      device.copy(a->buffer(), grown.buffer(), before * real, b * before * real, b * vertices * real);
+    for (std::uint64_t r = 0; r < rows && before > 0; ++r)
+      device.copy(a.buffer(), grown.buffer(), before * real, r * before * real, r * vertices * real);
     device.finish();
-    *a = std::move(grown);
-  }
+    a = std::move(grown);
+  };
+  for (RealArray* a : {&vertex_irradiance, &vertex_irradiance_lost}) grow(*a, bands, "vertex irradiance");
+  for (RealArray* a : {&vertex_row_sum, &vertex_row_sum_lost}) grow(*a, 1, "row sums");
+  rows_of_slots = 0xffffffffu;
   facing = Array<std::uint32_t>(device, vertices, "facing flags");
   active = Array<std::uint32_t>(device, vertices, "active receivers");
   factors = RealArray(device, vertices, "form factors");

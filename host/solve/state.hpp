@@ -10,6 +10,7 @@
 #include "clrad/solution.hpp"
 #include "clrad/visibility.hpp"
 #include "mesh/gather.hpp"
+#include "scene/enclosure.hpp"
 
 namespace clrad {
 
@@ -39,7 +40,8 @@ class SolveState {
   RealArray patch_area, patch_rho, patch_emitted;  ///< [patch], [band][patch], [band][patch]
   RealArray unshot, unshot_lost;                   ///< [band][patch]
   RealArray patch_irradiance, patch_irradiance_lost;
-  RealArray total_shot, pending;  ///< ever shot; shot but not yet delivered to the vertices
+  RealArray total_shot, total_shot_lo,  ///< ever shot, as hi + lo
+      pending;                          ///< shot but not yet delivered to the vertices
   RealArray vertex_irradiance, vertex_irradiance_lost;
   RealArray shot, shot_by_slot;                ///< [band][k] the shots under way; [band][slot] of a re-shoot
   Array<float> power;                          ///< [patch], unshot power
@@ -55,6 +57,17 @@ class SolveState {
   RealArray patch_columns;                                 ///< [slot][patch]
   std::vector<std::unique_ptr<RealArray>> vertex_columns;  ///< by slot; null when not kept
   std::uint64_t shoots = 0, reshoots = 0;
+
+  // Rows of the linear system (kernels/solve/balance.cl).
+  Enclosure enclosure;                            ///< whether the scene is proven closed
+  bool closes_rows = false;                       ///< rows are to be closed once all columns are there
+  bool balanced = false;                          ///< they are
+  RealArray vertex_row_sum, vertex_row_sum_lost;  ///< [vertex], over all columns traced
+  std::vector<double> row_sum;                    ///< [patch]
+  RealArray loss, coupling, row_scale;            ///< [band][patch], [band][patch], [patch]
+  std::uint32_t rows_of_slots = 0xffffffffu;      ///< how many columns the last four are of
+  double unshot_before_sweep = 1e9;  ///< relative, when kept columns were last shot again in a row
+  std::uint32_t stalls = 0;          ///< solver cycles that brought little
   std::uint32_t shoots_since_refined = 0;
   /// What the near field last added to the vertices that there were then, [band][vertex]: by it elements are judged.
   std::vector<double> near_field;

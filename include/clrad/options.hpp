@@ -38,6 +38,14 @@ enum class Solver {
   gauss_seidel,  ///< traces every column, then gathers at one patch after the other
 };
 
+/// What to make of rows of form factors that do not sum to 1 (rounding, samples and the mesh see to that). In a closed scene they
+/// should, and what they lack is amplified by 1 / (1 - reflectance).
+enum class Closure {
+  automatic,  ///< rows are closed where the scene is proven closed
+  on,         ///< they are closed: the caller knows that the scene is
+  off,        ///< they are left as they are
+};
+
 /// Adaptive subdivision (section 1.4 of Drucker & Schroeder): elements across which radiosity differs are split.
 struct AdaptiveOptions {
   /// Split where radiosity differs across an element by more than this x the scene's mean reflected radiosity, and the
@@ -59,6 +67,7 @@ struct SolveOptions {
   MeshOptions mesh;
   AdaptiveOptions adaptive;
   Solver solver = Solver::progressive;
+  Closure closure = Closure::automatic;
   std::uint32_t shooters = 1;  ///< of the progressive solver: the k brightest patches are chosen at a time
   std::string engine =
       "auto";  ///< serial, chop, or auto: serial up to 2000 triangles, where it is the faster of the two

@@ -1,6 +1,7 @@
 /// What a solve gives back: irradiance at every vertex, radiosity of every patch, irradiance at sensors, and
 /// the report.
 #pragma once
+#include <cmath>
 #include <cstdint>
 #include <glm/vec3.hpp>
 #include <string>
@@ -70,6 +71,18 @@ struct Report {
                   stopped_by_memory = 0;
     std::uint64_t left_as_few = 0;  ///< over it, too: fewer than 1 in 500 were left when the solution had converged
   } refinement;
+  /// Rows of form factors: what they sum to, and what that means for the answer. Defects are shares of a row: area means and
+  /// the worst. In a scene that is closed, proven or said so, |1 - row sum|; elsewhere how far the sum and the same sum
+  /// by reciprocity are apart. NaN where not all columns were traced.
+  struct {
+    bool proven = false;   ///< the scene is proven closed
+    std::string reason;    ///< why not
+    bool applied = false;  ///< rows were closed
+    double defect_before = NAN, worst_defect_before = NAN, defect_after = NAN, worst_defect_after = NAN;
+    double amplification = NAN;     ///< radiosity / radiosity that the defects feign at first
+    double amplified_defect = NAN;  ///< what they change, relative to the mean radiosity
+    bool converges = true;          ///< false: amplified_defect > 1, or the solve came to a stand
+  } closure;
   std::vector<Invariant> invariants;
   std::vector<std::string> warnings;
   std::uint64_t device_peak_bytes = 0, host_peak_bytes = 0;

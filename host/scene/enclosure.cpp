@@ -1,0 +1,223 @@
+#include "scene/enclosure.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/vec2.hpp>
+#include <memory>
+#include <optional>
+
+#include "clrad/frame.hpp"
+#include "scene/planes.hpp"
+#include "scene/seams.hpp"
+
+namespace clrad {
+namespace {
+
+using Index = std::uint32_t;
+
+// Products of coordinates below 2 are rounded by at most 2^-52 each; sums of a few of them by less than this.
+constexpr double undecided = 1e-14;
+
+// Directions with coordinates that are no simple ratios.
+const std::array<glm::dvec3, 4> directions = {glm::dvec3(0.3819660113, 0.5698402909, 0.7548776662),
+                                              glm::dvec3(-0.7320508076, 0.4142135624, 0.5497004779),
+                                              glm::dvec3(0.6180339887, -0.3247179572, 0.7071067812),
+                                              glm::dvec3(0.2360679775, 0.8660254038, -0.4450418679)};
+
+// A convex piece of surface, 3 or 4 corners.
+struct Facet {
+  std::array<glm::dvec3, 4> corner{};
+  Index corners = 0;
+  glm::dvec3 normal{0};
+  int weight = 1;
+  Index plane = 0;
+};
+
+std::vector<Facet> facets_of(const Scene& scene, const Frame& frame, std::span<const Index> planes,
+                             const std::vector<Fill>& fills) {
+  std::vector<Facet> facets;
+  for (Index p = 0; p < scene.polygons.size(); ++p) {
+    Facet f;
+    f.corners = scene.polygons[p].corners;
+    for (Index k = 0; k < f.corners; ++k) f.corner[k] = frame.to_frame(scene.polygons[p].corner[k]);
+    f.normal = scene.polygons[p].normal();
+    f.plane = planes[p];
+    facets.push_back(f);
+  }
+  for (const Fill& fill : fills) {
+    Facet f;
+    f.corners = 3;
+    std::copy(fill.corner.begin(), fill.corner.end(), f.corner.begin());
+    const glm::dvec3 n = glm::cross(fill.corner[1] - fill.corner[0], fill.corner[2] - fill.corner[0]);
+    const double length = glm::length(n);
+    f.normal = n / length;
+    f.weight = fill.weight;
+    f.plane = fill.plane;
+    facets.push_back(f);
+  }
+  return facets;
+}
+
+// Facets as seen along one direction, in square cells.
+class View {
+ public:
+  View(const std::vector<Facet>& facets, const glm::dvec3& direction)
+      : facets_(facets), forward_(glm::normalize(direction)) {
+    right_ = glm::normalize(glm::cross(forward_, glm::dvec3(1, 0, 0)));
+    up_ = glm::cross(forward_, right_);
+    side_ = std::clamp<Index>(Index(std::sqrt(double(facets.size()))), 1, 1024);
+    cells_.resize(std::size_t(side_) * side_);
+    for (Index f = 0; f < facets.size(); ++f) {
+      glm::dvec2 low(INFINITY), high(-INFINITY);
+      for (Index k = 0; k < facets[f].corners; ++k) {
+        const glm::dvec2 p = flat(facets[f].corner[k]);
+        low = glm::min(low, p), high = glm::max(high, p);
+      }
+      for (Index y = cell(low.y); y <= cell(high.y); ++y)
+        for (Index x = cell(low.x); x <= cell(high.x); ++x) cells_[std::size_t(y) * side_ + x].push_back(f);
+    }
+  }
+
+  // Winding number beside `p` on the side that `normal` points to; facets in `plane`, which p lies in, are not counted.
+  // Nothing when the ray passes something too closely.
+  std::optional<int> winding(const glm::dvec3& p, const glm::dvec3& normal, Index plane) const {
+    const glm::dvec2 at = flat(p);
+    const double along = glm::dot(forward_, normal);
+    if (std::abs(along) < 1e-6) return std::nullopt;
+    const double way = along > 0 ? 1 : -1;
+    int sum = 0;
+    for (const Index i : cells_[std::size_t(cell(at.y)) * side_ + cell(at.x)]) {
+      const Facet& f = facets_[i];
+      if (f.plane == plane) continue;
+      const double slope = glm::dot(forward_, f.normal);
+      bool left = true, right = true, close = false;
+      glm::dvec2 a = flat(f.corner[f.corners - 1]) - at;
+      for (Index k = 0; k < f.corners; ++k) {
+        const glm::dvec2 b = flat(f.corner[k]) - at;
+        const double turn = a.x * b.y - a.y * b.x;
+        close |= std::abs(turn) <= undecided;
+        left &= turn > -undecided, right &= turn < undecided;
+        a = b;
+      }
+      if (!left && !right) continue;
+      if (close) return std::nullopt;
+      const double height = glm::dot(f.corner[0] - p, f.normal);
+      if (std::abs(height) <= undecided || std::abs(slope) < 1e-12) return std::nullopt;
+      if (way * height / slope > 0) sum -= f.weight * (way * slope > 0 ? 1 : -1);
+    }
+    return sum;
+  }
+
+ private:
+  glm::dvec2 flat(const glm::dvec3& p) const { return {glm::dot(p, right_), glm::dot(p, up_)}; }
+  Index cell(double x) const {  // the frame is in a ball of radius sqrt(3)
+    return Index(std::clamp((x + 1.8) / 3.6, 0.0, 0.999999) * side_);
+  }
+  const std::vector<Facet>& facets_;
+  glm::dvec3 forward_, right_, up_;
+  Index side_ = 1;
+  std::vector<std::vector<Index>> cells_;
+};
+
+bool contains(std::span<const glm::dvec3> corner, const glm::dvec3& normal, const glm::dvec3& p) {
+  for (std::size_t k = 0; k < corner.size(); ++k)
+    if (glm::dot(glm::cross(corner[(k + 1) % corner.size()] - corner[k], p - corner[k]), normal) < 0)
+      return false;
+  return true;
+}
+
+// The middle, off centre so that it is in line with nothing, and a point next to each corner.
+std::vector<glm::dvec3> samples_of(const Facet& f) {
+  constexpr std::array<double, 4> weight = {0.3090169944, 0.2679491924, 0.2332558, 0.1897780132};
+  glm::dvec3 middle(0);
+  double all = 0;
+  for (Index k = 0; k < f.corners; ++k) middle += weight[k] * f.corner[k], all += weight[k];
+  middle /= all;
+  std::vector<glm::dvec3> samples{middle};
+  for (Index k = 0; k < f.corners; ++k) samples.push_back(f.corner[k] + 1.1e-3 * (middle - f.corner[k]));
+  return samples;
+}
+
+class Prover {
+ public:
+  explicit Prover(const Scene& scene)
+      : scene_(scene),
+        frame_(frame_of(scene)),
+        planes_(plane_ids(scene)),
+        seams_(find_seams(scene, frame_, planes_)) {
+    if (!seams_.open.empty()) return;
+    facets_ = facets_of(scene_, frame_, planes_, seams_.fills);
+    in_plane_.resize(1 + *std::max_element(planes_.begin(), planes_.end()));
+    for (Index p = 0; p < scene.polygons.size(); ++p) in_plane_[planes_[p]].push_back(p);
+    fills_in_.resize(in_plane_.size());
+    for (Index i = 0; i < seams_.fills.size(); ++i) fills_in_[seams_.fills[i].plane].push_back(i);
+  }
+
+  Enclosure prove() {
+    if (!seams_.open.empty()) return {false, seams_.open};
+    std::vector<bool> inside(seams_.surfaces, false);
+    for (Index p = 0; p < scene_.polygons.size(); ++p)
+      for (const glm::dvec3& at : samples_of(facets_[p])) {
+        const std::optional<int> w = winding(at, facets_[p]);
+        if (!w) return {false, fmt::format("no ray from {} is clear of all edges", name(p))};
+        if (*w == 1) inside[seams_.surface[p]] = true;
+        if (*w == 1 || (*w == 0 && covered(p, at))) continue;
+        return {false, *w > 1 ? fmt::format("what {} faces is closed off from the room around it", name(p))
+                              : fmt::format("{} faces out of the enclosed space", name(p))};
+      }
+    for (Index p = 0; p < scene_.polygons.size(); ++p)
+      if (!inside[seams_.surface[p]]) return {false, fmt::format("{} is covered all over", name(p))};
+    return {true, ""};
+  }
+
+ private:
+  std::string name(Index p) const {
+    return fmt::format("\"{}\" at {}", scene_.polygons[p].name, scene_.polygons[p].where.text());
+  }
+
+  std::optional<int> winding(const glm::dvec3& at, const Facet& facet) {
+    for (std::size_t d = 0; d < directions.size(); ++d) {
+      if (!views_[d]) views_[d] = std::make_unique<View>(facets_, directions[d]);
+      if (const auto w = views_[d]->winding(at, facet.normal, facet.plane)) return w;
+    }
+    return std::nullopt;
+  }
+
+  // By a polygon of another surface that faces it in the same plane, or by what stands on it.
+  bool covered(Index p, const glm::dvec3& at) const {
+    for (const Index q : in_plane_[planes_[p]]) {
+      const Facet& f = facets_[q];
+      if (seams_.surface[q] != seams_.surface[p] && glm::dot(f.normal, facets_[p].normal) < 0 &&
+          contains(std::span(f.corner).first(f.corners), f.normal, at))
+        return true;
+    }
+    int fills = 0;
+    for (const Index i : fills_in_[planes_[p]]) {
+      const Fill& f = seams_.fills[i];
+      const glm::dvec3 n = glm::cross(f.corner[1] - f.corner[0], f.corner[2] - f.corner[0]);
+      if (f.surface != seams_.surface[p] && contains(f.corner, n, at))
+        fills += f.weight * (glm::dot(n, facets_[p].normal) < 0 ? 1 : -1);
+    }
+    return fills > 0;
+  }
+
+  const Scene& scene_;
+  Frame frame_;
+  std::vector<Index> planes_;
+  Seams seams_;
+  std::vector<Facet> facets_;
+  std::vector<std::vector<Index>> in_plane_, fills_in_;
+  std::array<std::unique_ptr<View>, 4> views_;
+};
+
+}  // namespace
+
+Enclosure find_enclosure(const Scene& scene) {
+  if (scene.polygons.empty()) return {false, "there is nothing in the scene"};
+  return Prover(scene).prove();
+}
+
+}  // namespace clrad
