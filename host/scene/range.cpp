@@ -57,7 +57,9 @@ void require_range(const Scene& scene) {
 }
 
 void require_sensors_near(const Scene& scene, const std::vector<Sensor>& sensors, const std::string& file) {
-  constexpr double reach = 4;
+  // The frame grows by powers of two to hold the farthest one, and visibility is decided on a grid of 2^-38 of it: here the
+  // scene still spans 32 of its cells.
+  constexpr double reach = 0x1p33;
   const Frame frame = frame_of(scene);
   for (std::size_t i = 0; i < sensors.size(); ++i) {
     const glm::dvec3 at = glm::abs(frame.to_frame(sensors[i].position_m));

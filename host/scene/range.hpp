@@ -20,8 +20,8 @@ void check_range(const Scene& scene, std::vector<Diagnostic>& findings);
 /// Throws InputError of the first of these.
 void require_range(const Scene& scene);
 
-/// Throws InputError of the first sensor that is farther from the scene than visibility reaches: four times its frame,
-/// which is once to twice its longest side. `file`: where they come from, for the message; may be empty.
+/// Throws InputError of the first sensor that is farther from the scene than visibility reaches: 2^33 times its frame, which
+/// is once to twice its longest side. `file`: where they come from, for the message; may be empty.
 void require_sensors_near(const Scene& scene, const std::vector<Sensor>& sensors,
                           const std::string& file = "");
 

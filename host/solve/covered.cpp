@@ -95,7 +95,10 @@ std::vector<std::uint8_t> covered_points(Device& device, const Scene& scene, std
   const Array<float> direction(device, probe_directions(), "probe directions");
   const Array<float> normal(device, normals, "triangle normals");
   Array<std::uint32_t> covered(device, vertices, "covered vertices");
-  const std::uint32_t batch = std::min(vertices, batch_vertices);
+  // Two ends, a hit and what the engine keeps of each ray, in a quarter of the memory that is left.
+  const std::uint64_t left = device.ledger()->limit - std::min(device.ledger()->limit, device.ledger()->held);
+  const std::uint64_t fits = std::max<std::uint64_t>(left / 4 / (probes * 256), 64);
+  const auto batch = std::uint32_t(std::min<std::uint64_t>({vertices, batch_vertices, fits}));
   PointArray origins(device, std::uint64_t(batch) * probes, "probe rays"),
       ends(device, std::uint64_t(batch) * probes, "probe rays");
   Array<std::uint32_t> hit(device, std::uint64_t(batch) * probes, "probe hits");

@@ -118,7 +118,7 @@ TEST_F(Archive, RefusesWithTheReason) {
     return refusal(in_folder("b.clrad"));
   };
   const auto says = [](const std::string& message, const std::string& part) {
-    EXPECT_NE(message.find(part), std::string::npos) << message;
+    EXPECT_NE(message.find(part), std::string::npos) << message << " instead of: " << part;
   };
   EXPECT_EQ(refusal_of(whole), "accepted");
   says(refusal(in_folder("missing")), "cannot be read");
@@ -129,8 +129,8 @@ TEST_F(Archive, RefusesWithTheReason) {
   says(refusal(path, "checkpoint"), "is a finished solution, and a checkpoint of a running solve is needed");
 
   std::string other = whole;
-  other[8] = 2;
-  says(refusal_of(other), "version 2 of the format, and this clrad reads version 1");
+  other[8] = 3;
+  says(refusal_of(other), "version 3 of the format, and this clrad reads version 2");
   says(refusal_of(whole.substr(0, 30)), "is cut short: it ends after 30 bytes");
   says(refusal_of(whole.substr(0, whole.size() - 1)),
        fmt::format("is cut short: it has {} of its {} bytes", whole.size() - 1, whole.size()));
