@@ -156,6 +156,7 @@ Intervals cut_open_ones(const Intervals& all, const Corners& corners, double tol
   std::sort(ends.begin(), ends.end());
   ends.erase(std::unique(ends.begin(), ends.end()), ends.end());
   std::vector<glm::dvec3> points;
+  points.reserve(ends.size());
   for (const Index i : ends) points.push_back(corners.point[i]);
   Intervals cut;
   if (points.empty()) return cut;
