@@ -16,8 +16,11 @@ constexpr const char* file = "solve/balance.cl";
 constexpr std::uint32_t steps = 40;
 // The cycle goes on past convergence by this much, since a step is cheap against the shots before.
 constexpr double beyond = 0.01;
-// Reflectance from which missing columns are traced for the rows' sake: an amplification of 10.
+// Reflectance from which what a row lacks matters more to the balance of all than to one place: an amplification of 10. Rows
+// are closed then whatever convergence is asked, and those of vertices as well.
 constexpr double reflects_much = 0.9;
+// Asked for less, columns of dark patches are not traced for their rows' sake.
+constexpr double converges_well = 0.01;
 // A row that sees less than this of its hemisphere is of a patch that faces out of the enclosure (the underside of a block
 // on a floor): nothing says what it lacks. A point on the foot of a wall that stands on its polygon sees a half: the wall, whose
 // plane it is in, is missing. (CLRAD_LEAST_ROW of balance.cl.)
@@ -112,13 +115,20 @@ void set_up_rows(SolveState& state) {
   state.loss.upload(loss), state.coupling.upload(coupling), state.row_scale.upload(scale);
 }
 
-bool can_close_rows(const SolveState& state) {
-  if (!state.closes_rows || state.balanced) return false;
-  if (state.options.closure == Closure::on || all_traced(state)) return true;
+void decide_closing(SolveState& state) {
+  const SolveOptions& options = state.options;
   double most = 0;
   for (const Material& m : state.scene.materials)
     for (const double rho : m.reflectance) most = std::max(most, rho);
-  return most >= reflects_much;
+  const bool much = options.closure == Closure::on || most >= reflects_much;
+  state.closes_rows =
+      options.closure == Closure::on || (options.closure == Closure::automatic && state.enclosure.closed &&
+                                         (much || options.converge <= converges_well));
+  state.closes_vertices = state.closes_rows && much;
+}
+
+bool can_close_rows(const SolveState& state) {
+  return state.closes_rows && !state.balanced;
 }
 
 bool close_rows(Run& run, double unshot_relative) {
@@ -161,7 +171,7 @@ void restate(SolveState& state) {
 }
 
 void close_vertices(SolveState& state) {
-  if (!state.balanced) return;
+  if (!state.balanced || !state.closes_vertices) return;
   const auto stage = state.device.stage("deliver light to the vertices");
   state.device.run(file, "close_vertices", state.vertices, state.vertex_irradiance, state.vertex_row_sum,
                    state.covered, state.vertices, state.bands);

@@ -111,8 +111,7 @@ Solution solve(Device& device, const Scene& scene, const SolveOptions& options) 
   SolveState state(device, scene, solution.mesh, solution.bands, *engine, options, solution.vertex_covered,
                    solution.frame.metres());
   state.enclosure = find_enclosure(scene);
-  state.closes_rows =
-      options.closure == Closure::on || (options.closure == Closure::automatic && state.enclosure.closed);
+  decide_closing(state);
   solution.report.seconds.build = since(start);
   const auto shooting = Clock::now();
   Run run{state, solution, triangles, shooting};

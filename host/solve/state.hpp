@@ -60,7 +60,8 @@ class SolveState {
 
   // Rows of the linear system (kernels/solve/balance.cl).
   Enclosure enclosure;                            ///< whether the scene is proven closed
-  bool closes_rows = false;                       ///< rows are to be closed once all columns are there
+  bool closes_rows = false;                       ///< rows of patches are to be closed (decide_closing())
+  bool closes_vertices = false;                   ///< those of vertices, too
   bool balanced = false;                          ///< they are
   RealArray vertex_row_sum, vertex_row_sum_lost;  ///< [vertex], over all columns traced
   std::vector<double> row_sum;                    ///< [patch]
