@@ -23,6 +23,7 @@ class CommandLine : public Program {
     if (options.mesh.element_edge_m > 0) add("--element-edge", options.mesh.element_edge_m);
     add("--samples", options.samples), add("--light-samples", options.light_samples);
     add("--sensor-rays", options.sensor_rays), add("--converge", options.converge);
+    add("--seed", double(options.seed));
     if (!options.sensors.empty()) {
       std::string text;
       for (const Sensor& s : options.sensors)
