@@ -4,6 +4,7 @@
 
 #include <cstdlib>
 #include <fstream>
+#include <regex>
 #include <set>
 #include <sstream>
 
@@ -60,6 +61,31 @@ std::string program_source(const std::string& path, const DeviceOptions& options
   return source;
 }
 
+std::string name_places(const std::string& source, const std::string& log) {
+  std::vector<std::string> places;  // of each line of the source
+  std::istringstream text(source);
+  std::string file = "preamble";
+  unsigned number = 0;
+  for (std::string line; std::getline(text, line);) {
+    places.push_back(fmt::format("{}:{}", file, ++number));
+    static const std::regex directive("#line ([0-9]+) \"(.*)\"");
+    std::smatch given;
+    if (!std::regex_match(line, given, directive)) continue;
+    number = unsigned(std::stoul(given[1])) - 1;
+    file = given[2];
+  }
+  static const std::regex anonymous("<[a-z ]+>:([0-9]{1,9})");
+  std::string named;
+  auto end = log.begin();
+  for (std::sregex_iterator hit(log.begin(), log.end(), anonymous), none; hit != none; ++hit) {
+    const std::size_t line = std::stoul((*hit)[1]);
+    named.append(end, (*hit)[0].first);
+    named += line >= 1 && line <= places.size() ? places[line - 1] : hit->str();
+    end = (*hit)[0].second;
+  }
+  return named.append(end, log.end());
+}
+
 cl::Program build_program(const cl::Context& context, const cl::Device& device, const DeviceInfo& info,
                           const DeviceOptions& options, const std::string& path) {
   std::string flags = "-cl-std=CL1.2";
@@ -67,7 +93,8 @@ cl::Program build_program(const cl::Context& context, const cl::Device& device, 
   if (device.getInfo(CL_DEVICE_SINGLE_FP_CONFIG, &config) == CL_SUCCESS &&
       (config & CL_FP_CORRECTLY_ROUNDED_DIVIDE_SQRT))
     flags += " -cl-fp32-correctly-rounded-divide-sqrt";
-  cl::Program program(context, program_source(path, options));
+  const std::string source = program_source(path, options);
+  cl::Program program(context, source);
   try {
     program.build(device, flags.c_str());
   } catch (const cl::Error&) {
@@ -78,7 +105,7 @@ cl::Program build_program(const cl::Context& context, const cl::Device& device, 
                     "{}, work-group {}\n{}",
                     path, info.name, info.driver, info.version, flags,
                     options.precision == Precision::float64 ? "double" : "float", options.packet_width,
-                    options.work_group_size, log));
+                    options.work_group_size, name_places(source, log)));
   }
   return program;
 }

@@ -14,6 +14,10 @@ std::string kernel_text(const std::string& path);
 /// its text, with #line so that the log names the real file and line.
 std::string program_source(const std::string& path, const DeviceOptions& options);
 
+/// A compiler's log with the places of `source` that it calls "<kernel>:10" by their file and line: what NVIDIA's says, which
+/// does not follow #line.
+std::string name_places(const std::string& source, const std::string& log);
+
 /// Throws DeviceError with file, options, device, driver and the full log.
 cl::Program build_program(const cl::Context& context, const cl::Device& device, const DeviceInfo& info,
                           const DeviceOptions& options, const std::string& path);

@@ -71,6 +71,17 @@ TEST(Device, StagesCountLaunches) {
   EXPECT_EQ(profile[0].launches, 1u);
 }
 
+TEST(Device, PlacesInLogsAreNamedWhereTheCompilerIgnoresLineDirectives) {
+  const std::string source =
+      "#define A\n#line 1 \"kernels/a.cl\"\nint a;\n#line 7 \"kernels/b.h\"\nint b;\nint c;\n";
+  EXPECT_EQ(
+      name_places(source, "<kernel>:3:5: error: x\n<kernel>:6:1: and <kernel>:1:1, not <kernel>:99:1\n"),
+      "kernels/a.cl:1:5: error: x\nkernels/b.h:8:1: and preamble:1:1, not <kernel>:99:1\n");
+  const std::string named = "kernels/a.cl:3:5: error: x";
+  EXPECT_EQ(name_places(source, named), named);
+  EXPECT_EQ(name_places(source, ""), "");
+}
+
 TEST(Device, BuildFailureNamesFileLineAndDevice) {
   const Device device;
   try {

@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "clrad/clrad.hpp"
+#include "device/divided.hpp"
 #include "hard/table.hpp"
 #include "oracle/reference.hpp"
 #include "visibility/chop.hpp"
@@ -93,7 +94,7 @@ std::vector<double> numbers(const Solution& s) {
 
 Device& device_with(std::size_t way) {
   static const std::vector<DeviceOptions> ways{{},
-                                               {.cores = 1},
+                                               {.cores = test::one_core()},
                                                {.work_group_size = 16},
                                                {.packet_width = 4},
                                                {.shape = Shape::trees},

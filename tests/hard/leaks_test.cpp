@@ -9,6 +9,7 @@
 #include <memory>
 
 #include "clrad/clrad.hpp"
+#include "device/divided.hpp"
 #include "hard/table.hpp"
 #include "mesh/build.hpp"
 #include "oracle/reference.hpp"
@@ -32,7 +33,9 @@ const std::vector<Witness>& witnesses() {
   static const std::vector<Witness> all{
       {"serial, 16 rays, float", {.packet_width = 16}, "serial"},
       {"serial, 1 ray, float", {.packet_width = 1}, "serial"},
-      {"serial, 4 rays, 1 core", {.cores = 1, .work_group_size = 16, .packet_width = 4}, "serial"},
+      {"serial, 4 rays, 1 core",
+       {.cores = test::one_core(), .work_group_size = 16, .packet_width = 4},
+       "serial"},
       {"serial, 8 rays, double", {.precision = Precision::float64, .packet_width = 8}, "serial"},
       {"chop, 16 rays, float", {.packet_width = 16}, "chop"},
       {"chop 5 x 4 x 3, 1 ray, float", {.packet_width = 1}, "chop", {5, 4, 3}},

@@ -1,5 +1,7 @@
 #include <numeric>
 
+#include "device/divided.hpp"
+
 #include "primitives/support.hpp"
 
 namespace clrad {
@@ -55,7 +57,7 @@ TEST(Primitives, SameBitsOnOneCoreInBothShapesAndAnyWorkGroup) {
   options.shape = Shape::blocks;
   const Answers want = answers(options);
   EXPECT_TRUE(answers(options) == want) << "a second run";
-  options.cores = 1;
+  options.cores = test::one_core();
   EXPECT_TRUE(answers(options) == want) << "one core";
   options.cores = 0;
   options.shape = Shape::trees;

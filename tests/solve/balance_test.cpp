@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "clrad/clrad.hpp"
+#include "device/divided.hpp"
 #include "oracle/reference.hpp"
 
 namespace clrad {
@@ -271,7 +272,7 @@ TEST(Balance, SameBitsHoweverTheDeviceIsDivided) {
     return std::pair(s.vertex_irradiance, s.patch_irradiance);
   };
   const auto first = run({});
-  EXPECT_EQ(run({.cores = 1}), first);
+  EXPECT_EQ(run({.cores = test::one_core()}), first);
   EXPECT_EQ(run({.shape = Shape::trees, .work_group_size = 16}), first);
 }
 

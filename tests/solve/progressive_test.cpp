@@ -7,6 +7,7 @@
 #include <set>
 
 #include "clrad/clrad.hpp"
+#include "device/divided.hpp"
 #include "mesh/build.hpp"
 #include "oracle/radiosity.hpp"
 #include "oracle/rational_visibility.hpp"
@@ -188,7 +189,7 @@ TEST(Progressive, SameBitsWhateverTheDeviceIsDividedInto) {
   };
   const auto first = run({});
   EXPECT_EQ(run({}), first) << "second run";
-  EXPECT_EQ(run({.cores = 1}), first) << "one core";
+  EXPECT_EQ(run({.cores = test::one_core()}), first) << "one core";
   EXPECT_EQ(run({.work_group_size = 16}), first) << "work-groups of 16";
   EXPECT_EQ(run({.packet_width = 4}), first) << "packets of 4";
   EXPECT_EQ(run({.shape = Shape::trees}), first) << "work-group trees";

@@ -9,6 +9,7 @@
 #include <random>
 
 #include "clrad/clrad.hpp"
+#include "device/divided.hpp"
 #include "mesh/locate.hpp"
 #include "oracle/reference.hpp"
 #include "scene/planes.hpp"
@@ -191,7 +192,7 @@ TEST(Refine, SameBitsOnOneCoreAndInSmallBatches) {
   Device device;
   const Solution plain = solve(device, scene, options);
   DeviceOptions one;
-  one.cores = 1, one.work_group_size = 16;
+  one.cores = test::one_core(), one.work_group_size = 16;
   Device single(one);
   options.engine = "chop";
   options.rays_per_batch = 5000;

@@ -6,6 +6,7 @@
 #include <bit>
 #include <random>
 
+#include "device/divided.hpp"
 #include "visibility/chop.hpp"
 
 namespace {
@@ -119,7 +120,7 @@ TEST(Bundle, BitsAreThoseOfSerialWhateverTheWidthTheGroupTheBatchAndTheWaves) {
       EXPECT_GT(blocked, 0u);
       EXPECT_LT(blocked, s.origins.size() * std::max(samples, 1u));
       for (const DeviceOptions& on :
-           {DeviceOptions{}, DeviceOptions{.cores = 1, .work_group_size = 16},
+           {DeviceOptions{}, DeviceOptions{.cores = clrad::test::one_core(), .work_group_size = 16},
             DeviceOptions{.packet_width = 1}, DeviceOptions{.packet_width = 4},
             DeviceOptions{.precision = clrad::Precision::float64, .packet_width = 8}}) {
         Device device(on);
@@ -139,7 +140,8 @@ TEST(Bundle, ExactTestsAreCountedTheSameWhateverTheCoresTheGroupAndTheBatch) {
   std::mt19937_64 random(20283);
   const Setting s = random_setting(random, 30, 0, 200, true);
   std::vector<std::uint64_t> first;
-  for (const DeviceOptions& on : {DeviceOptions{}, DeviceOptions{.cores = 1, .work_group_size = 8}})
+  for (const DeviceOptions& on :
+       {DeviceOptions{}, DeviceOptions{.cores = clrad::test::one_core(), .work_group_size = 8}})
     for (const std::uint32_t batch : {0u, 320u}) {
       Device device(on);
       auto chop =

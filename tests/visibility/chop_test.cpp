@@ -8,6 +8,7 @@
 #include <random>
 #include <set>
 
+#include "device/divided.hpp"
 #include "oracle/rational_visibility.hpp"
 #include "visibility/pairs.hpp"
 
@@ -376,8 +377,9 @@ TEST(Chop, SameBitsAndCountsOnOtherDevices) {
   std::mt19937_64 random(seed);
   const Setting s = room(random, 500, 16), hard = lattice(random, 100, 2000);
   std::vector<Answer> expected;
-  for (const DeviceOptions& options : {DeviceOptions{}, DeviceOptions{.cores = 1, .work_group_size = 16},
-                                       DeviceOptions{.packet_width = 1}}) {
+  for (const DeviceOptions& options :
+       {DeviceOptions{}, DeviceOptions{.cores = clrad::test::one_core(), .work_group_size = 16},
+        DeviceOptions{.packet_width = 1}}) {
     Device device(options);
     std::vector<Answer> got;
     for (const auto& setting : {s, hard}) {

@@ -7,6 +7,8 @@
 #include <random>
 #include <set>
 
+#include "device/divided.hpp"
+
 namespace {
 
 using clrad::Device;
@@ -140,8 +142,9 @@ TEST(Grid, IsTheSameForAllWorkGroupsAndCores) {
   std::mt19937_64 random(7);
   const auto triangles = random_triangles(random, 300, 0.1);
   std::vector<std::uint32_t> lanes, held;
-  for (const clrad::DeviceOptions& options : {clrad::DeviceOptions{}, clrad::DeviceOptions{.cores = 1},
-                                              clrad::DeviceOptions{.work_group_size = 16}}) {
+  for (const clrad::DeviceOptions& options :
+       {clrad::DeviceOptions{}, clrad::DeviceOptions{.cores = clrad::test::one_core()},
+        clrad::DeviceOptions{.work_group_size = 16}}) {
     Device device(options);
     const Occluders occluders(device, triangles);
     const Grid grid(device, occluders);

@@ -5,6 +5,8 @@
 #include <bit>
 #include <random>
 
+#include "device/divided.hpp"
+
 #include "clrad/visibility.hpp"
 
 namespace {
@@ -92,7 +94,7 @@ TEST(SerialRuns, FewRaysGetTheBitsThatTheyGetAmongMany) {
         expected.insert(expected.end(), all.masks.begin() + o * words, all.masks.begin() + (o + 1) * words);
       const Answer first = ask(device, s, active, samples);
       EXPECT_EQ(first.masks, expected);
-      for (const DeviceOptions& on : {DeviceOptions{.cores = 1, .work_group_size = 16},
+      for (const DeviceOptions& on : {DeviceOptions{.cores = clrad::test::one_core(), .work_group_size = 16},
                                       DeviceOptions{.packet_width = 1}, DeviceOptions{.packet_width = 4}}) {
         Device other(on);
         const Answer again = ask(other, s, active, samples);
