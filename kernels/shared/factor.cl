@@ -116,8 +116,8 @@ REAL clrad_cell_sum(const clrad_vector* r, const REAL* z, const REAL* jacobian) 
     const clrad_many w = r[0].z * c0 + r[1].z * c1 + r[2].z * c2 + r[3].z * c3;
     const clrad_many above = z[0] * c0 + z[1] * c1 + z[2] * c2 + z[3] * c3;
     const clrad_many area = jacobian[0] * c0 + jacobian[1] * c1 + jacobian[2] * c2 + jacobian[3] * c3;
-    const clrad_many r2 = x * x + y * y + w * w;
-    sum += clrad_lanes_sum(vload16(block, clrad_gauss_weight) * (above * area) / (r2 * r2));
+    const clrad_many per = 1 / (x * x + y * y + w * w); /* not 1 / r^4: a float ends at r = 1e-10 of the frame */
+    sum += clrad_lanes_sum(vload16(block, clrad_gauss_weight) * (above * per) * (area * per));
   }
   return sum;
 }

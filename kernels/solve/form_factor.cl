@@ -10,6 +10,10 @@ clrad_vector from_to(CLRAD_POINT_T p, CLRAD_POINT_T q) {
   return clrad_plus(clrad_minus(position_of(q), position_of(p)), clrad_minus(position_lo_of(q), position_lo_of(p)));
 }
 
+/* Squared distance to a sample, at least that of a step of the visibility grid: 1 / r^4 of a nearer one is beyond a float, and
+ * as far as its rays are told apart it is no nearer. */
+REAL squared_distance(clrad_vector r) { return fmax(clrad_dot(r, r), CLRAD_R(0x1p-74)); }
+
 /* flags[i] of receiver first + i: in front of the shooter's plane, not in it, and some corner strictly above the horizon. Small heights
  * are taken in pairs: a plain dot product would drop receivers next to the plane. */
 __kernel void facing(__global const REAL* shooter, uint plane, __global const CLRAD_POINT_T* receivers,
@@ -55,7 +59,7 @@ __kernel void disk_factors(__global const REAL* shooter, uint plane, __global co
     REAL block = 0;
     for (uint k = 32 * w; k < end; k++) {
       const clrad_vector r = from_to(p, samples[k]);
-      const REAL r2 = clrad_dot(r, r), z = clrad_dot(normal_of(p), r);
+      const REAL r2 = squared_distance(r), z = clrad_dot(normal_of(p), r);
       if (z > 0 && !(mask >> (k & 31) & 1)) block += z * height / (r2 * (CLRAD_PI * r2 + disk));
     }
     sum += block;
@@ -82,7 +86,7 @@ __kernel void visible_factors(__global const REAL* shooter, __global const CLRAD
     REAL block = 0, block_visible = 0;
     for (uint k = 32 * w; k < end; k++) {
       const clrad_vector r = from_to(p, samples[k]);
-      const REAL r2 = clrad_dot(r, r), z = clrad_dot(normal_of(p), r);
+      const REAL r2 = squared_distance(r), z = clrad_dot(normal_of(p), r);
       const REAL weight = z > 0 ? (z / r2) * (area / r2) : 0;
       block += weight;
       block_visible += mask >> (k & 31) & 1 ? 0 : weight;

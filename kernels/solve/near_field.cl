@@ -29,7 +29,7 @@ static REAL cell_factor(__global const REAL* cell, CLRAD_POINT_T p) {
                               clrad_make(p.nx, p.ny, p.nz));
   __global const REAL* n = cell + CLRAD_SHOOTER_NORMAL;
   const REAL above = p.nx * r[0] + p.ny * r[1] + p.nz * r[2], facing = -(n[0] * r[0] + n[1] * r[1] + n[2] * r[2]);
-  return above > 0 && facing > 0 ? CLRAD_R(0.31830988618379067) * cell[CLRAD_SHOOTER_AREA] * above * facing / (r2 * r2) : 0;
+  return above > 0 && facing > 0 ? CLRAD_R(0.31830988618379067) * (above / r2) * (facing / r2) * cell[CLRAD_SHOOTER_AREA] : 0;
 }
 
 /* Square of the distance of p from the box of a patch: its low corner, then its high one. */

@@ -34,6 +34,7 @@ struct Many {
   friend Many operator*(const Many& a, const Many& b) { return each(a, b, std::multiplies<Real>()); }
   friend Many operator/(const Many& a, const Many& b) { return each(a, b, std::divides<Real>()); }
   friend Many operator*(Real a, const Many& b) { return all(a) * b; }
+  friend Many operator/(Real a, const Many& b) { return each(all(a), b, std::divides<Real>()); }
   friend Many operator-(Real a, const Many& b) { return each(all(a), b, std::minus<Real>()); }
 };
 template <class Real>

@@ -213,14 +213,18 @@ RandomCase random_case(std::mt19937_64& random) {
 // 1e-9 of them. Where the visible part is a last 1e-6 of the sphere at the horizon, heights above it
 // (absolute error 2^-46) may be off by more than the tolerance: a term of 2^-44 / pi in float and 2^-100 in
 // double covers it.
-void meets_the_oracle(Precision precision, double tolerance, double absolute) {
+// scale: a power of two, about the origin of the frame, where positions are as exact at any size.
+void meets_the_oracle(Precision precision, double tolerance, double absolute, double scale = 1) {
   constexpr std::uint64_t seed = 20261123;
   SCOPED_TRACE(seed);
   std::mt19937_64 random(seed);
   Device device({.precision = precision});
   int seen = 0;
   for (int i = 0; i < 60; ++i) {
-    const RandomCase c = random_case(random);
+    RandomCase c = random_case(random);
+    for (auto& corner : c.corners) corner *= scale;
+    for (auto& point : c.points) point.position *= scale;
+    c.shooter = shooter_of(c.corners);
     const auto factors = exact_factors(device, c.shooter, c.points);
     for (std::size_t k = 0; k < factors.size(); ++k) {
       const double exact =
@@ -234,6 +238,10 @@ void meets_the_oracle(Precision precision, double tolerance, double absolute) {
 
 TEST(ExactFactor, MeetsTheOracleOnRandomCasesInFloat) {
   meets_the_oracle(Precision::float32, 1e-5, std::ldexp(1.0, -46));
+}
+TEST(ExactFactor, MeetsTheOracleOnTheSameAMilliardthAsLarge) {
+  meets_the_oracle(Precision::float32, 1e-5, std::ldexp(1.0, -46), std::ldexp(1.0, -30));
+  meets_the_oracle(Precision::float64, 1e-12, std::ldexp(1.0, -100), std::ldexp(1.0, -30));
 }
 TEST(ExactFactor, MeetsTheOracleOnRandomCasesInDouble) {
   meets_the_oracle(Precision::float64, 1e-12, std::ldexp(1.0, -100));
@@ -480,6 +488,42 @@ TEST(VisibleFactors, TheCentroidOfTheVisibleTipDecidesWhereNoSampleDoes) {
       EXPECT_NEAR(glm::length(end.position - glm::dvec3(0.5, 0, 0.01 / 3)), 0, 1e-11);
       EXPECT_EQ(end.plane, 0u);
     }
+  }
+}
+
+// A receiver straight below a sample, as near as floats can say: 1 / r^4 is beyond them, shares of it must not be.
+TEST(VisibleFactors, AreFiniteHoweverNearTheReceiverIsToASample) {
+  for (const Precision precision : {Precision::float32, Precision::float64}) {
+    Device device({.precision = precision});
+    const Shooter shooter =
+        shooter_of({{-0.5, -0.5, 0}, {-0.5, 0.5, 0}, {0.5, 0.5, 0}, {0.5, -0.5, 0}});  // faces -z
+    std::vector<Point> points;
+    for (int exponent = -2; exponent >= -36; --exponent)
+      points.push_back({{0, 0, -std::pow(10.0, exponent)}, {0, 0, 1}, 1, 0});
+    const auto count = std::uint32_t(points.size());
+    const PointArray receivers(device, points, "receivers");
+    const std::vector<Point> near_and_far = {{{0, 0, 0}, shooter.normal, 0, 0},
+                                             {{0.25, 0.25, 0}, shooter.normal, 0, 0}};
+    const PointArray samples(device, near_and_far, "samples");
+    AnswersBy engine;
+    engine.blocked = [](std::size_t) { return true; };
+    for (const std::uint32_t mask : {0u, 1u, 2u})
+      for (const Estimator estimator : {Estimator::disk, Estimator::subdisk, Estimator::exact}) {
+        const Array<std::uint32_t> masks(device, std::vector<std::uint32_t>(count, mask), "masks");
+        RealArray factors(device, count, "factors"), column(device, count, "column");
+        form_factors(device, estimator, shooter, receivers, nullptr, count, samples, 2, factors);
+        visible_factors(device, engine, estimator, shooter, receivers, nullptr, count, samples, 2, masks,
+                        factors, column);
+        const auto all = factors.download(), visible = column.download();
+        for (std::size_t i = 0; i < count; ++i) {
+          EXPECT_TRUE(std::isfinite(all[i]) && visible[i] >= 0 && visible[i] <= all[i] * (1 + 1e-6))
+              << "estimator " << int(estimator) << " mask " << mask << " at " << points[i].position.z << ": "
+              << visible[i] << " of " << all[i];
+          // Next to the sample above it, the other one's share is about (r / 0.35)^4.
+          if (estimator != Estimator::exact || mask == 0 || i < 3) continue;
+          EXPECT_NEAR(visible[i], mask == 1 ? 0 : all[i], 1e-6) << points[i].position.z;
+        }
+      }
   }
 }
 
