@@ -174,7 +174,8 @@ ObjLines scan_obj(std::string text, RawScene& scene) {
   std::size_t total = 0;
   for_each_line(lines.text, [&](std::uint32_t, std::string_view line) {
     line = trimmed(line);
-    total += line.starts_with("v ") || line.starts_with("v\t");
+    if (!line.starts_with("v ") && !line.starts_with("v\t")) return;
+    total += line[line.find_first_not_of(" \t", 1)] != '#';  // a `v` without a number is an error below, and no vertex
   });
   lines.vertices.reserve(total);
   std::uint32_t ignored = 0, first_ignored = 0;
@@ -196,6 +197,7 @@ ObjLines scan_obj(std::string text, RawScene& scene) {
     }
     if (keyword == "v" && words.size() == 1) {
       parse_vertex(words, where, scene);
+      blank();
     } else if (keyword == "v") {
       lines.vertices.push_back(parse_vertex(words, where, scene));
     } else if (keyword == "f") {
