@@ -3,46 +3,31 @@
 #include <fmt/format.h>
 
 #include <map>
-#include <mutex>
-#include <thread>
 
 #include "device/choose.hpp"
 #include "device/program.hpp"
 
 namespace clrad {
-namespace {
-
-// A queue and what goes with the work in it.
-struct Lane {
-  cl::CommandQueue queue;
-  std::vector<std::size_t> stack;  // indices into Impl::stages
-  std::map<std::type_index, std::shared_ptr<void>> kept;
-};
-
-}  // namespace
 
 struct Device::Impl {
   cl::Device device;
   DeviceInfo info;
   DeviceOptions options;
   cl::Context context;
+  cl::CommandQueue queue;
   std::shared_ptr<MemoryLedger> ledger = std::make_shared<MemoryLedger>();
   std::map<std::string, cl::Program> programs;
   std::map<std::string, cl::Kernel> kernels;
 
-  Lane main;
-  std::vector<std::unique_ptr<Lane>> lanes;
-  Lane* lane = &main;  // of the thread that has the turn
-  std::mutex turn;     // in_lanes(): held by the thread that runs
-
   std::vector<StageProfile> stages;
+  std::vector<std::size_t> stack;  // indices into stages
   std::vector<std::pair<std::size_t, cl::Event>> pending;
   bool profiling = true;
 
   void open(const DeviceOptions& wanted) {
     options = resolve_options(wanted, info);
     ledger->limit = options.memory_bytes;
-    profiling = main.queue.getInfo<CL_QUEUE_PROPERTIES>() & CL_QUEUE_PROFILING_ENABLE;
+    profiling = queue.getInfo<CL_QUEUE_PROPERTIES>() & CL_QUEUE_PROFILING_ENABLE;
   }
 
   std::size_t stage_index(std::string_view name) {
@@ -52,7 +37,7 @@ struct Device::Impl {
     return stages.size() - 1;
   }
 
-  std::size_t current() { return lane->stack.empty() ? stage_index("other") : lane->stack.back(); }
+  std::size_t current() { return stack.empty() ? stage_index("other") : stack.back(); }
 
   void record(const cl::Event& event) {
     const std::size_t stage = current();
@@ -64,37 +49,16 @@ struct Device::Impl {
 
   void harvest() {
     if (pending.empty()) return;
-    main.queue.finish();
-    for (const auto& l : lanes) l->queue.finish();
+    queue.finish();
     for (auto& [stage, event] : pending)
       stages[stage].seconds += 1e-9 * double(event.getProfilingInfo<CL_PROFILING_COMMAND_END>() -
                                              event.getProfilingInfo<CL_PROFILING_COMMAND_START>());
     pending.clear();
   }
 
-  // Waits for the last command of this lane; others have their turn meanwhile.
-  void wait(const cl::Event& event) {
-    Lane* const mine = lane;
-    if (mine == &main) {
-      event.wait();
-      return;
-    }
-    mine->queue.flush();
-    turn.unlock();
-    std::exception_ptr trouble;
-    try {
-      event.wait();
-    } catch (...) {
-      trouble = std::current_exception();
-    }
-    turn.lock();
-    lane = mine;
-    if (trouble) std::rethrow_exception(trouble);
-  }
-
   [[noreturn]] void fail(const cl::Error& e, std::string_view doing) const {
     const std::string stage =
-        lane->stack.empty() ? "" : fmt::format(" while trying to {}", stages[lane->stack.back()].name);
+        stack.empty() ? "" : fmt::format(" while trying to {}", stages[stack.back()].name);
     std::string hint;
     if (e.err() == CL_MEM_OBJECT_ALLOCATION_FAILURE || e.err() == CL_OUT_OF_RESOURCES ||
         e.err() == CL_OUT_OF_HOST_MEMORY)
@@ -110,7 +74,7 @@ Device::Device(const DeviceOptions& options) : impl_(std::make_unique<Impl>()) {
   impl_->info = chosen.info;
   try {
     impl_->context = cl::Context(chosen.device);
-    impl_->main.queue = cl::CommandQueue(impl_->context, chosen.device, cl::QueueProperties::Profiling);
+    impl_->queue = cl::CommandQueue(impl_->context, chosen.device, cl::QueueProperties::Profiling);
   } catch (const cl::Error& e) {
     impl_->fail(e, "opening the device");
   }
@@ -123,14 +87,12 @@ Device::Device(const cl::Context& context, const cl::Device& device, const cl::C
   impl_->device = device;
   impl_->info = describe_device(device, 0);
   impl_->context = context;
-  impl_->main.queue = queue;
+  impl_->queue = queue;
   impl_->open(options);
 }
 
 Device::~Device() {
-  // Not cl::CommandQueue::finish: a destructor must not throw.
-  for (const auto& lane : impl_->lanes) clFinish(lane->queue());
-  if (impl_->main.queue()) clFinish(impl_->main.queue());
+  if (impl_->queue()) clFinish(impl_->queue());  // not cl::CommandQueue::finish: a destructor must not throw
 }
 
 const DeviceInfo& Device::info() const {
@@ -143,7 +105,7 @@ const cl::Context& Device::context() const {
   return impl_->context;
 }
 const cl::CommandQueue& Device::queue() const {
-  return impl_->lane->queue;
+  return impl_->queue;
 }
 const std::shared_ptr<MemoryLedger>& Device::ledger() const {
   return impl_->ledger;
@@ -170,8 +132,8 @@ void Device::enqueue(cl::Kernel& kernel, const char* name, std::uint64_t items, 
   const std::uint64_t global = (items + group - 1) / group * group;
   try {
     cl::Event event;
-    impl_->lane->queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(global), cl::NDRange(group),
-                                            nullptr, &event);
+    impl_->queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(global), cl::NDRange(group), nullptr,
+                                      &event);
     impl_->record(event);
   } catch (const cl::Error& e) {
     impl_->fail(e, fmt::format("launching {}", name));
@@ -180,80 +142,21 @@ void Device::enqueue(cl::Kernel& kernel, const char* name, std::uint64_t items, 
 
 void Device::finish() {
   try {
-    impl_->lane->queue.finish();
+    impl_->queue.finish();
   } catch (const cl::Error& e) {
     impl_->fail(e, "waiting for the device");
   }
 }
 
-std::map<std::type_index, std::shared_ptr<void>>& Device::kept_here() {
-  return impl_->lane->kept;
-}
-
-void Device::drop_kept(const std::type_index& type) {
-  impl_->main.kept.erase(type);
-  for (const auto& lane : impl_->lanes) lane->kept.erase(type);
-}
-
-void Device::in_lanes(unsigned count, const std::function<void(unsigned)>& body) {
-  Impl& d = *impl_;
-  if (d.lane != &d.main) throw UsageError("lanes of a device cannot have lanes");
-  try {
-    while (d.lanes.size() < count) {
-      auto lane = std::make_unique<Lane>();
-      lane->queue = cl::CommandQueue(
-          d.context, d.device, d.profiling ? cl::QueueProperties::Profiling : cl::QueueProperties::None);
-      d.lanes.push_back(std::move(lane));
-    }
-    cl::Event before;
-    d.main.queue.enqueueMarkerWithWaitList(nullptr, &before);
-    d.main.queue.flush();
-    const std::vector<cl::Event> wait_for{before};
-    for (unsigned k = 0; k < count; ++k) {
-      d.lanes[k]->queue.enqueueBarrierWithWaitList(&wait_for);
-      d.lanes[k]->stack = d.main.stack;
-    }
-  } catch (const cl::Error& e) {
-    d.fail(e, "opening another queue");
-  }
-  std::exception_ptr trouble;
-  const auto run_lane = [&](unsigned k) {
-    const std::lock_guard mine(d.turn);
-    d.lane = d.lanes[k].get();
-    try {
-      body(k);
-    } catch (...) {
-      if (!trouble) trouble = std::current_exception();
-    }
-  };
-  std::vector<std::thread> others;
-  for (unsigned k = 1; k < count; ++k) others.emplace_back(run_lane, k);
-  run_lane(0);
-  for (std::thread& t : others) t.join();
-  d.lane = &d.main;
-  try {
-    std::vector<cl::Event> ends(count);
-    for (unsigned k = 0; k < count; ++k) {
-      d.lanes[k]->queue.enqueueMarkerWithWaitList(nullptr, &ends[k]);
-      d.lanes[k]->queue.flush();
-    }
-    d.main.queue.enqueueBarrierWithWaitList(&ends);
-  } catch (const cl::Error& e) {
-    d.fail(e, "waiting for another queue");
-  }
-  if (trouble) std::rethrow_exception(trouble);
-}
-
 Device::Stage::Stage(Device& device, std::string_view name) : device_(device) {
-  device.impl_->lane->stack.push_back(device.impl_->stage_index(name));
+  device.impl_->stack.push_back(device.impl_->stage_index(name));
 }
 Device::Stage::~Stage() {
-  device_.impl_->lane->stack.pop_back();
+  device_.impl_->stack.pop_back();
 }
 
 std::string_view Device::current_stage() const {
-  const auto& stack = impl_->lane->stack;
-  return stack.empty() ? std::string_view() : impl_->stages[stack.back()].name;
+  return impl_->stack.empty() ? std::string_view() : impl_->stages[impl_->stack.back()].name;
 }
 
 std::vector<StageProfile> Device::profile() {
@@ -272,9 +175,7 @@ void Device::reset_profile() {
 void Device::read(const cl::Buffer& from, std::uint64_t offset, std::uint64_t bytes, void* to) {
   if (bytes == 0) return;
   try {
-    cl::Event event;
-    impl_->lane->queue.enqueueReadBuffer(from, CL_FALSE, offset, bytes, to, nullptr, &event);
-    impl_->wait(event);
+    impl_->queue.enqueueReadBuffer(from, CL_TRUE, offset, bytes, to);
   } catch (const cl::Error& e) {
     impl_->fail(e, fmt::format("reading {} bytes", bytes));
   }
@@ -283,9 +184,7 @@ void Device::read(const cl::Buffer& from, std::uint64_t offset, std::uint64_t by
 void Device::write(const cl::Buffer& to, std::uint64_t offset, std::uint64_t bytes, const void* from) {
   if (bytes == 0) return;
   try {
-    cl::Event event;
-    impl_->lane->queue.enqueueWriteBuffer(to, CL_FALSE, offset, bytes, from, nullptr, &event);
-    impl_->wait(event);
+    impl_->queue.enqueueWriteBuffer(to, CL_TRUE, offset, bytes, from);
   } catch (const cl::Error& e) {
     impl_->fail(e, fmt::format("writing {} bytes", bytes));
   }
@@ -296,7 +195,7 @@ void Device::copy(const cl::Buffer& from, const cl::Buffer& to, std::uint64_t by
   if (bytes == 0) return;
   try {
     cl::Event event;
-    impl_->lane->queue.enqueueCopyBuffer(from, to, from_offset, to_offset, bytes, nullptr, &event);
+    impl_->queue.enqueueCopyBuffer(from, to, from_offset, to_offset, bytes, nullptr, &event);
     impl_->record(event);
   } catch (const cl::Error& e) {
     impl_->fail(e, fmt::format("copying {} bytes", bytes));
@@ -308,7 +207,7 @@ void Device::fill_bytes(const cl::Buffer& buffer, std::uint32_t pattern, std::ui
   if (bytes == 0) return;
   try {
     cl::Event event;
-    impl_->lane->queue.enqueueFillBuffer(buffer, pattern, offset, bytes, nullptr, &event);
+    impl_->queue.enqueueFillBuffer(buffer, pattern, offset, bytes, nullptr, &event);
     impl_->record(event);
   } catch (const cl::Error& e) {
     impl_->fail(e, fmt::format("filling {} bytes", bytes));

@@ -3,9 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <functional>
-#include <memory>
 #include <utility>
 #include <vector>
 
@@ -56,12 +54,8 @@ class Chop final : public ChopEngine {
         packet_planes_(device, std::max<std::uint64_t>(1, std::uint64_t(grid_.blocks) * grid_.width),
                        "packet planes"),
         sums_(device, 3 * tally_items, "visibility counts"),
-        batch_sums_(device, 3 * tally_items, "visibility counts of a batch") {
-    for (Tracing& t : tracing_) {
-      t.sums = Array<std::uint64_t>(device, 3 * tally_items, "visibility counts of a batch");
-      t.bundles = std::make_unique<BundleTracer>(device, occluders_, grid_, packets_, packet_planes_,
-                                                 slab_of(grid_, options));
-    }
+        batch_sums_(device, 3 * tally_items, "visibility counts of a batch"),
+        bundles_(device, occluders_, grid_, packets_, packet_planes_, slab_of(grid_, options)) {
     const std::uint32_t lanes = grid_.blocks * grid_.width;
     device_.run(file, "chop_packets", lanes, lanes, grid_.lanes, occluders_.triangles, occluders_.facets,
                 packets_, packet_planes_);
@@ -76,42 +70,14 @@ class Chop final : public ChopEngine {
     check(s);
     if (masks.size() < std::uint64_t(s.origin_count) * s.words_per_origin())
       throw UsageError("the array of visibility masks is smaller than the segments need");
-    const Batch all = whole(s);
-    const std::uint32_t most = batch_rays(2);
-    if (device_.info().compute_units < 2 || counts_waves_ || std::uint64_t(all.origins) * all.run <= most) {
-      in_batches(all, [&](const Batch& b) { tracing_[0].bundles->occluded(s, b, masks, batch_sums_); });
-      return;
-    }
-    // Two batches at a time: each has to wait for the host after every cut, and the device works on the other meanwhile.
-    Batch next = all;
-    std::vector<Batch> too_large;
-    device_.in_lanes(2, [&](unsigned lane) {
-      Tracing& t = tracing_[lane];
-      Batch b;
-      while (too_large.empty() && take(all, most, next, b)) {
-        try {
-          t.sums.fill_zero();
-          t.bundles->occluded(s, b, masks, t.sums);
-          device_.run(file, "chop_fold", 3 * tally_items, 3 * tally_items, t.sums, sums_);
-          counts_.rays += b.rays();
-        } catch (const MemoryError&) {
-          too_large.push_back(b);
-        } catch (const UsageError&) {
-          too_large.push_back(b);
-        }
-      }
-    });
-    give_back(too_large.empty());
-    const auto alone = [&](const Batch& b) { tracing_[0].bundles->occluded(s, b, masks, batch_sums_); };
-    for (const Batch& b : too_large) in_batches(b, alone);
-    for (Batch b; take(all, most, next, b);) in_batches(b, alone);
+    in_batches(s, [&](const Batch& b) { bundles_.occluded(s, b, masks, batch_sums_); });
   }
 
   void intersect_closest(const Segments& s, Array<std::uint32_t>& triangle, Array<float>& t) override {
     check(s);
     if (triangle.size() < s.count() || t.size() < s.count())
       throw UsageError("the arrays of nearest hits are smaller than the segments need");
-    in_batches(whole(s), [&](const Batch& b) {
+    in_batches(s, [&](const Batch& b) {
       trace(s, b);
       const auto stage = device_.stage("nearest hit of each ray");
       const std::uint64_t first =
@@ -135,7 +101,7 @@ class Chop final : public ChopEngine {
   std::vector<RayPiece> pieces(const Segments& s) override {
     check(s);
     std::vector<RayPiece> all;
-    in_batches(whole(s), [&](const Batch& b) {
+    in_batches(s, [&](const Batch& b) {
       const std::uint64_t first =
           std::uint64_t(b.first_origin) * (s.samples ? s.samples : 1) + b.first_sample;
       trace(s, b, [&](std::uint32_t count) {
@@ -154,11 +120,8 @@ class Chop final : public ChopEngine {
   }
 
   const Grid& grid() const override { return grid_; }
-  void count_waves() override {
-    counts_waves_ = true;
-    tracing_[0].bundles->count_waves();
-  }
-  const std::vector<WaveWork>& waves() const override { return tracing_[0].bundles->waves(); }
+  void count_waves() override { bundles_.count_waves(); }
+  const std::vector<WaveWork>& waves() const override { return bundles_.waves(); }
 
  private:
   Device& device_;
@@ -169,12 +132,7 @@ class Chop final : public ChopEngine {
   Array<std::uint32_t> packet_planes_;
   Array<std::uint64_t> sums_, batch_sums_;
   std::vector<std::uint32_t> axes_;  ///< that are cut: those with more than one cell
-  struct Tracing {
-    std::unique_ptr<BundleTracer> bundles;
-    Array<std::uint64_t> sums;
-  };
-  std::array<Tracing, 2> tracing_;  ///< of each lane
-  bool counts_waves_ = false;
+  BundleTracer bundles_;
   Scratch scratch_;
   VisibilityCounts counts_;
   std::uint32_t run_ = 1, pairs_ = 0;    ///< how ray numbers of the batch stand for its ends
@@ -199,49 +157,35 @@ class Chop final : public ChopEngine {
     clrad::need(device_, array, count, what);
   }
 
-  std::uint32_t batch_rays(std::uint32_t at_a_time) const {
+  std::uint32_t batch_rays() const {
     // Ray numbers stay exact as floats.
     if (options_.rays_per_batch) return std::min({options_.rays_per_batch, smaller_, 1u << 24});
     const auto& ledger = *device_.ledger();
     const std::uint64_t left = ledger.limit - std::min(ledger.limit, ledger.held);
-    const auto fits =
-        std::uint32_t(std::min<std::uint64_t>(left / 2 / at_a_time / bytes_per_ray, usual_batch));
+    const auto fits = std::uint32_t(std::min<std::uint64_t>(left / 2 / bytes_per_ray, usual_batch));
     // What the scratch of earlier batches holds is not `left`, but it is there.
     const auto held = rays_held();
     return std::max(std::min(std::max(fits, held), smaller_), least_batch);
   }
 
   std::uint32_t rays_held() const {
-    return std::max(std::uint32_t(scratch_.ray_t.size() / 9 * 8), tracing_[0].bundles->rays_held());
+    return std::max(std::uint32_t(scratch_.ray_t.size() / 9 * 8), bundles_.rays_held());
   }
 
-  static Batch whole(const Segments& s) { return {0, s.origin_count, 0, s.samples ? s.samples : 1}; }
-
-  /// Takes the next batch of at most `most` rays of `all` off `rest`, which begins as `all`; false when nothing is left.
-  static bool take(const Batch& all, std::uint32_t most, Batch& rest, Batch& batch) {
-    const std::uint32_t end = all.first_origin + all.origins, last = all.first_sample + all.run;
-    if (rest.first_origin >= end) return false;
-    batch = rest;
-    if (all.run <= most && rest.first_sample == all.first_sample) {
-      batch.run = all.run;
-      batch.origins = std::min(most / all.run, end - rest.first_origin);
-    } else {  // whole mask words of one origin
-      batch.run = std::min(std::max(most / 32 * 32, 32u), last - rest.first_sample);
-      batch.origins = 1;
-    }
-    rest.first_sample += batch.run;
-    if (rest.first_sample >= last) {
-      rest.first_sample = all.first_sample;
-      rest.first_origin += batch.origins;
-    }
-    return true;
-  }
-
-  /// Calls body for batch after batch of `all`; one that does not fit the memory is redone in halves.
+  /// Calls body for batch after batch; one that does not fit the memory is redone in halves.
   template <class Body>
-  void in_batches(const Batch& all, Body body) {
-    Batch rest = all, b;
-    for (Batch before = rest; take(all, batch_rays(1), rest, b); before = rest) {
+  void in_batches(const Segments& s, Body body) {
+    const std::uint32_t run = s.samples ? s.samples : 1;
+    Batch b;
+    while (b.first_origin < s.origin_count) {
+      const std::uint32_t most = batch_rays();
+      if (run <= most && b.first_sample == 0) {
+        b.run = run;
+        b.origins = std::min(most / run, s.origin_count - b.first_origin);
+      } else {  // whole mask words of one origin
+        b.run = std::min(std::max(most / 32 * 32, 32u), run - b.first_sample);
+        b.origins = 1;
+      }
       std::string trouble;
       try {
         batch_sums_.fill_zero();
@@ -252,27 +196,27 @@ class Chop final : public ChopEngine {
       } catch (const UsageError& e) {  // more pieces or pairs than 32 bits can number
         trouble = e.what();
       }
-      if (trouble.empty()) {
-        counts_.rays += b.rays();
+      if (!trouble.empty()) {
+        scratch_ = {};
+        bundles_.release();
+        if (b.rays() <= least_batch)
+          throw MemoryError(fmt::format("{} (tracing only {} rays at a time)", trouble, b.rays()));
+        smaller_ = b.rays() / 2;
         continue;
       }
-      give_back(false);
-      if (b.rays() <= least_batch)
-        throw MemoryError(fmt::format("{} (tracing only {} rays at a time)", trouble, b.rays()));
-      smaller_ = b.rays() / 2;
-      rest = before;
+      counts_.rays += b.rays();
+      b.first_sample += b.run;
+      if (b.first_sample >= run) {
+        b.first_sample = 0;
+        b.first_origin += b.origins;
+      }
     }
-    give_back(true);
-  }
-
-  /// Scratch that takes much of the budget is not kept at the cost of others; all of it is given back when it is too much.
-  void give_back(bool fitted) {
-    const std::uint64_t held =
-        std::uint64_t(rays_held()) + (tracing_[1].bundles ? tracing_[1].bundles->rays_held() : 0);
-    if (fitted && held * bytes_per_ray <= device_.ledger()->limit / 4) return;
-    device_.finish();
-    scratch_ = {};
-    for (Tracing& t : tracing_) t.bundles->release();
+    // Not at the cost of others: scratch that takes much of the budget is given back.
+    if (rays_held() * bytes_per_ray > device_.ledger()->limit / 4) {
+      device_.finish();
+      scratch_ = {};
+      bundles_.release();
+    }
   }
 
   static const char* cut_name(std::uint32_t axis) {

@@ -3,7 +3,6 @@
 #pragma once
 #include <CL/opencl.hpp>
 #include <cstdint>
-#include <functional>
 #include <map>
 #include <memory>
 #include <span>
@@ -130,13 +129,6 @@ class Device {
   /// Waits for all that was enqueued.
   void finish();
 
-  /// Calls body(0) to body(count - 1) so that the device need not idle where one waits for an answer: each has an in-order
-  /// queue, stages and kept() scratch of its own, starts after all that was enqueued before, and is followed by all that is
-  /// enqueued after. Only one of them runs on the host at a time; another goes on while it waits in read() or write(), so
-  /// they may share what host code changes between such calls. Rethrows what one of them threw, after all have ended. Not
-  /// to be nested.
-  void in_lanes(unsigned count, const std::function<void(unsigned lane)>& body);
-
   /// While the object lives, launches count for the stage `name`, and errors mention it. Stages nest; the
   /// innermost counts.
   class Stage {
@@ -168,22 +160,20 @@ class Device {
   /// The T that this device keeps for as long as it lives, made at the first call: scratch that outlives one call.
   template <class T>
   T& kept() {
-    auto& slot = kept_here()[typeid(T)];
+    auto& slot = kept_[typeid(T)];
     if (!slot) slot = std::make_shared<T>();
     return *static_cast<T*>(slot.get());
   }
-  /// Gives the kept T back, of all lanes.
+  /// Gives the kept T back.
   template <class T>
   void drop_kept() {
-    drop_kept(typeid(T));
+    kept_.erase(typeid(T));
   }
 
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
-
-  std::map<std::type_index, std::shared_ptr<void>>& kept_here();
-  void drop_kept(const std::type_index& type);
+  std::map<std::type_index, std::shared_ptr<void>> kept_;  // after impl_: goes first
 
   cl::Kernel& kernel(const char* file, const char* name);
   void enqueue(cl::Kernel& kernel, const char* name, std::uint64_t items, unsigned local);
