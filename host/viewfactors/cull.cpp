@@ -12,7 +12,7 @@ std::vector<std::uint32_t> cull_cells(Device& device, const PairTables& tables,
   Array<std::uint32_t> lists(device, std::span<const std::uint32_t>(list), "occluders of cells");
   const Array<std::uint32_t> kept(device, count, "cells");
   device.run("viewfactors/cull.cl", "cull_cells", count, words, count, tables.quads, tables.pairs,
-             tables.occluders, tables.occluder_reals, tables.vertices, lists, kept);
+             tables.occluders, tables.sides, tables.planes, tables.vertices, lists, kept);
   list = lists.download();
   return kept.download();
 }

@@ -10,8 +10,8 @@ namespace clrad {
 
 /// Pairs of polygons as kernels see them, see kernels/viewfactors/tables.cl.
 struct PairTables {
-  Array<std::uint32_t> pairs, occluders;
-  RealArray normals, occluder_reals, vertices, quads;
+  Array<std::uint32_t> pairs, occluders, sides;
+  RealArray normals, planes, vertices, quads;
 };
 
 constexpr std::uint64_t cell_words = 8;  // as in the kernel file

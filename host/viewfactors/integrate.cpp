@@ -13,6 +13,7 @@ namespace {
 constexpr const char* file = "viewfactors/integrate.cl";
 // As in the kernel file.
 constexpr std::uint64_t cell_points = 25, piece_reals = 49, point_reals = 3, result_reals = 6;
+constexpr std::uint64_t occluder_words = 5, side_words = 4, plane_reals = 5;
 // The error of a first cell, as a share of how much the integrand varies over it: where something may be hidden, and where
 // all is smooth.
 constexpr double unconfirmed_hidden = 0.1, unconfirmed_free = 1e-2;
@@ -40,8 +41,8 @@ struct Cell {
 
 // The tasks as the kernels will see them.
 struct Tables {
-  std::vector<std::uint32_t> pairs, occluders;
-  std::vector<double> normals, occluder_reals, vertices, quads;
+  std::vector<std::uint32_t> pairs, occluders, sides;
+  std::vector<double> normals, planes, vertices, quads;
   std::vector<std::uint32_t> task_of;  // of each part
 
   std::uint32_t add(const Convex& polygon) {
@@ -67,7 +68,8 @@ class Integration {
     on_device_.pairs = Array<std::uint32_t>(device, std::span<const std::uint32_t>(tables_.pairs), "pairs");
     on_device_.occluders = Array<std::uint32_t>(device, some(tables_.occluders), "occluders of pairs");
     on_device_.normals = RealArray(device, tables_.normals, "pairs");
-    on_device_.occluder_reals = RealArray(device, some(tables_.occluder_reals), "occluders of pairs");
+    on_device_.sides = Array<std::uint32_t>(device, some(tables_.sides), "occluders of pairs");
+    on_device_.planes = RealArray(device, some(tables_.planes), "occluders of pairs");
     on_device_.vertices = RealArray(device, tables_.vertices, "corners of pairs");
     on_device_.quads = RealArray(device, tables_.quads, "receivers of pairs");
   }
@@ -102,27 +104,14 @@ class Integration {
     const auto index = std::uint32_t(tables_.task_of.size());
     tables_.task_of.push_back(task);
     const std::uint32_t first = tables_.add(part.shooter);
-    const auto first_occluder = std::uint32_t(tables_.occluders.size() / 2);
     const std::uint64_t list = lists_.size();
-    for (std::uint32_t o = 0; o < part.occluders.size(); ++o) lists_.push_back(first_occluder + o);
-    double whole = 0;
-    glm::dvec3 middle(0);
-    for (const Convex& r : part.receiver) whole += area_of(r), middle += area_of(r) * middle_of(r);
-    middle /= whole;
-    double reach = 0;
-    for (const Convex& r : part.receiver) reach = std::max(reach, reach_of(r, middle));
-    const double edge_on = device_.options().precision == Precision::float64 ? 1e-12 : 1e-5;
-    for (const auto& o : part.occluders) {
-      tables_.occluders.push_back(tables_.add(o.corner));
-      tables_.occluders.push_back(std::uint32_t(o.corner.size()));
-      tables_.occluder_reals.insert(tables_.occluder_reals.end(),
-                                    {o.normal.x, o.normal.y, o.normal.z, glm::dot(o.normal, o.corner[0]),
-                                     edge_on * (reach_of(o.corner, middle) + reach)});
-    }
+    add_occluders(part);
     const auto n = std::uint32_t(part.shooter.size());
     tables_.pairs.insert(tables_.pairs.end(), {first, n});
     const glm::dvec3& normal = part.receiver_normal;
     tables_.normals.insert(tables_.normals.end(), {normal.x, normal.y, normal.z});
+    double whole = 0;
+    for (const Convex& r : part.receiver) whole += area_of(r);
     const CellGrading grading(part, negligible * limits_.relative * std::min(whole, area_of(part.shooter)));
     for (const Convex& r : part.receiver)
       for (const Quad& quad : quads_of(r)) {
@@ -132,11 +121,47 @@ class Integration {
           Cell cell;
           cell.part = index, cell.quad = std::uint32_t(tables_.quads.size() / 12);
           cell.place = place;
-          cell.first_occluder = list, cell.occluders = std::uint32_t(part.occluders.size());
+          cell.first_occluder = list, cell.occluders = std::uint32_t(lists_.size() - list);
           fresh_.push_back(cell);
         }
         for (const auto& c : quad) tables_.quads.insert(tables_.quads.end(), {c.x, c.y, c.z});
       }
+  }
+
+  // A list of them, bodies once.
+  void add_occluders(const PairPart& part) {
+    double whole = 0;
+    glm::dvec3 middle(0);
+    for (const Convex& r : part.receiver) whole += area_of(r), middle += area_of(r) * middle_of(r);
+    middle /= whole;
+    double reach = 0;
+    for (const Convex& r : part.receiver) reach = std::max(reach, reach_of(r, middle));
+    const double edge_on = device_.options().precision == Precision::float64 ? 1e-12 : 1e-5;
+    const auto add_one = [&](const Convex& corner, std::uint32_t sides) {
+      lists_.push_back(std::uint32_t(tables_.occluders.size() / occluder_words));
+      tables_.occluders.insert(tables_.occluders.end(),
+                               {tables_.add(corner), std::uint32_t(corner.size()),
+                                std::uint32_t(tables_.planes.size() / plane_reals),
+                                std::uint32_t(tables_.sides.size() / side_words), sides});
+      return edge_on * (reach_of(corner, middle) + reach);
+    };
+    const auto add_plane = [&](const glm::dvec3& n, const glm::dvec3& on, double doubt) {
+      tables_.planes.insert(tables_.planes.end(), {n.x, n.y, n.z, glm::dot(n, on), doubt});
+    };
+    std::vector<bool> listed(part.bodies.size());
+    for (const auto& o : part.occluders) {
+      if (o.body == Surface::no_body) {
+        const double doubt = add_one(o.corner, 0);
+        add_plane(o.normal, o.corner[0], doubt);
+      } else if (!listed[o.body]) {
+        listed[o.body] = true;
+        const PairPart::Body& body = part.bodies[o.body];
+        const double doubt = add_one(body.corner, std::uint32_t(body.side.size()));
+        for (const auto& face : body.face) add_plane(face.normal, face.point, doubt);
+        for (const auto& s : body.side)
+          tables_.sides.insert(tables_.sides.end(), {s.from, s.to, s.face, s.neighbour});
+      }
+    }
   }
 
   static void add_words(const Cell& c, std::uint64_t first_occluder, std::vector<std::uint32_t>& words) {
@@ -184,6 +209,8 @@ class Integration {
       occluders.insert(occluders.end(), lists_.begin() + std::ptrdiff_t(c.first_occluder),
                        lists_.begin() + std::ptrdiff_t(c.first_occluder + c.occluders));
     }
+    printf("EV %zu %zu %zu %zu\n", cells.size(), std::size_t(free), std::size_t(all - free),
+           occluders.size());
     if (all > 0) evaluate(cells, order, free, words, occluders);
     for (std::size_t i = 0; i < cells.size(); ++i)
       if (cells[i].child >= 0) compare(cells[i], cells[i + 1]), ++i;
@@ -235,8 +262,8 @@ class Integration {
                                                   : "factors of points that see everything");
         device_.run(file, "cell_points", count * cell_points, list, std::uint32_t(first),
                     std::uint32_t(count * cell_points), on_device_.quads, on_device_.pairs,
-                    on_device_.normals, on_device_.occluders, on_device_.occluder_reals, on_device_.vertices,
-                    lists, stack_, capacity, points);
+                    on_device_.normals, on_device_.occluders, on_device_.sides, on_device_.planes,
+                    on_device_.vertices, lists, stack_, capacity, points);
       }
       const auto stage = device_.stage("sum cells");
       device_.run(file, "cell_sums", count, points, std::uint32_t(first), count,

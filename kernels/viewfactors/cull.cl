@@ -9,8 +9,8 @@
  * than the rounding of the plane tests. What is dropped wrongly is narrower than that.
  *
  * The shaft is given by the planes of its faces: through each edge of the cell and that corner of the shooter which has
- * all the rest behind it, and the other way round. The planes of the two polygons are not needed, since occluders are
- * clipped to the front of both. Source: Haines & Wallace, "Shaft culling for efficient ray-traced radiosity", 1991.
+ * all the rest behind it, and the other way round. The planes of the two polygons are not needed, since flat
+ * occluders are clipped to the front of both, and bodies are there. Source: Haines & Wallace, "Shaft culling for efficient ray-traced radiosity", 1991.
  *
  * Pre: as in integrate.cl. Post: kept[i] of the cell's list remain, in their order; HIDDEN: nothing is visible. */
 #include "viewfactors/tables.cl"
@@ -98,27 +98,30 @@ int reaches_in(const shaft_plane* planes, int count, __global const REAL* corner
   return 1;
 }
 
-/* Whether the occluder hides all of the shooter from all four corners of the cell. */
-int hides_all(const clrad_vector* cell, const clrad_vector* shooter, int n, __global const REAL* plane,
-              __global const REAL* corner, uint corners) {
-  for (int k = 0; k < 4; k++) {
-    const REAL height = clrad_dot(load_vector(plane), cell[k]) - plane[3];
-    if (!(height > plane[4] || height < -plane[4])) return 0;
-    for (uint e = 0; e < corners; e++) {
-      const clrad_vector h = pyramid_side(corner, corners, e, cell[k], height > 0);
-      const REAL doubt = 16 * CLRAD_EPSILON * clrad_largest(h);
-      for (int i = 0; i < n; i++) {
-        const clrad_vector s = clrad_minus(shooter[i], cell[k]);
-        if (!(clrad_dot(h, s) > doubt * clrad_largest(s))) return 0;
-      }
-    }
+/* Whether something of a body may be in the hull of both: not when it is beyond one of the shaft's planes, nor when all of
+ * cell and shooter are beyond one of its faces. */
+int body_reaches_in(const shaft_plane* planes, int count, const clrad_vector* cell, const clrad_vector* shooter, int n,
+                    __global const uint* side, uint sides, __global const REAL* plane, __global const REAL* corner,
+                    uint corners) {
+  REAL allowed;
+  for (int k = 0; k < count; k++) {
+    uint outside = 0;
+    while (outside < corners && over(&planes[k], load_vector(corner + 3 * outside), &allowed) >= -allowed) outside++;
+    if (outside == corners) return 0;
+  }
+  for (uint e = 0; e < 2 * sides; e++) { /* each face several times */
+    __global const REAL* f = plane + OCCLUDER_REALS * side[SIDE_WORDS * (e / 2) + 2 + (e & 1)];
+    int inside = 0;
+    for (int i = 0; i < 4 && !inside; i++) inside = clrad_dot(load_vector(f), cell[i]) < f[3] - f[4];
+    for (int i = 0; i < n && !inside; i++) inside = clrad_dot(load_vector(f), shooter[i]) < f[3] - f[4];
+    if (!inside) return 0;
   }
   return 1;
 }
 
 /* One work-item a cell. */
 __kernel void cull_cells(__global const uint* cells, uint count, __global const REAL* quads, __global const uint* pairs,
-                         __global const uint* occluder, __global const REAL* occluder_real,
+                         __global const uint* occluder, __global const uint* side, __global const REAL* plane,
                          __global const REAL* vertex, __global uint* list, __global uint* kept) {
   const uint i = get_global_id(0);
   if (i >= count) return;
@@ -144,10 +147,25 @@ __kernel void cull_cells(__global const uint* cells, uint count, __global const 
   uint left = 0;
   for (uint k = 0; k < cell[7]; k++) {
     const uint o = mine[k];
-    __global const REAL* corner = vertex + 3 * occluder[OCCLUDER_WORDS * o];
-    const uint corners = occluder[OCCLUDER_WORDS * o + 1];
-    if (!reaches_in(planes, found, corner, corners)) continue;
-    if (hides_all(c, s, n, occluder_real + OCCLUDER_REALS * o, corner, corners)) {
+    __global const uint* words = occluder + OCCLUDER_WORDS * o;
+    __global const REAL* corner = vertex + 3 * words[0];
+    if (words[4] == 0 ? !reaches_in(planes, found, corner, words[1])
+                      : !body_reaches_in(planes, found, c, s, n, side + SIDE_WORDS * words[3], words[4],
+                                         plane + OCCLUDER_REALS * words[2], corner, words[1]))
+      continue;
+    int hides = 1; /* all of the shooter from all four corners */
+    for (int at = 0; at < 4 && hides; at++) {
+      clrad_vector h[MOST_SIDES];
+      REAL size[MOST_SIDES];
+      const int sides = shown_sides(occluder, side, plane, vertex, o, c[at], h, size);
+      hides = sides > 0;
+      for (int e = 0; e < sides && hides; e++)
+        for (int j = 0; j < n && hides; j++) {
+          const clrad_vector to_it = clrad_minus(s[j], c[at]);
+          hides = clrad_dot(h[e], to_it) > 16 * CLRAD_EPSILON * size[e] * clrad_largest(to_it);
+        }
+    }
+    if (hides) {
       kept[i] = HIDDEN;
       return;
     }

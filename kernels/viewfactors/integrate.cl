@@ -3,7 +3,7 @@
  *
  *   A_r F_rs = integral over x in the receiver of F(x -> visible part of the shooter)
  *
- * Visibility is not sampled. Seen from x, an occluder is a pyramid of half-spaces through x; the shooter minus all
+ * Visibility is not sampled. Seen from x, an occluder (a polygon or a closed convex body) is a pyramid of half-spaces through x; the shooter minus all
  * pyramids is a few convex pieces (each pyramid's edge cuts off what is beyond it, and what is inside all of them is
  * hidden), whose form factors are summed by Lambert's contour formula (shared/factor.cl). So the integrand is exact at
  * each point, continuous, and smooth but for kinks where edges line up; the host places cells where it is not smooth.
@@ -107,20 +107,19 @@ void cut_piece(const clrad_vector* p, int n, clrad_vector h, clrad_vector* front
   *backs = b >= 3 ? b : 0;
 }
 
-/* Whether some side of the pyramid over the occluder has all of the piece beyond it, or some side of the pyramid over the
- * piece all of the occluder: then it hides nothing. Cheap, and true for most pairs. */
-int plainly_apart(const clrad_vector* p, int n, __global const REAL* corner, uint corners, clrad_vector x,
-                  int from_front) {
+/* Whether some side of what the occluder shows has all of the piece beyond it, or some side of the pyramid over the piece all
+ * of the occluder: then it hides nothing. Cheap, and true for most pairs. */
+int plainly_apart(const clrad_vector* p, int n, const clrad_vector* side, int sides, __global const REAL* corner,
+                  uint corners, clrad_vector x) {
   REAL largest = 0;
   for (int i = 0; i < n; i++) {
     const REAL l = clrad_largest(p[i]);
     largest = l > largest ? l : largest;
   }
-  for (uint e = 0; e < corners; e++) {
-    const clrad_vector h = pyramid_side(corner, corners, e, x, from_front);
-    const REAL allowed = 16 * CLRAD_EPSILON * clrad_largest(h) * largest;
+  for (int e = 0; e < sides; e++) {
+    const REAL allowed = 16 * CLRAD_EPSILON * clrad_largest(side[e]) * largest;
     int inside = 0;
-    for (int i = 0; i < n && !inside; i++) inside = clrad_dot(h, p[i]) > allowed;
+    for (int i = 0; i < n && !inside; i++) inside = clrad_dot(side[e], p[i]) > allowed;
     if (!inside) return 1;
   }
   for (int i = 0; i < n; i++) {
@@ -138,9 +137,10 @@ int plainly_apart(const clrad_vector* p, int n, __global const REAL* corner, uin
 
 /* F at one point: *seen, what of it no stack or piece had room for (*unsure), and a bound of the rounding. */
 void visible_factor(clrad_vector x, clrad_vector normal, __global const uint* pair, __global const uint* list, uint last,
-                    __global const uint* occluder, __global const REAL* occluder_real, __global const REAL* vertex,
-                    __global REAL* stack, uint capacity, REAL* seen, REAL* unsure, REAL* rounding) {
-  clrad_vector p[MOST_CORNERS + 1], q[MOST_CORNERS + 1], r[MOST_CORNERS + 1], aside[MOST_CORNERS + 1];
+                    __global const uint* occluder, __global const uint* side, __global const REAL* plane,
+                    __global const REAL* vertex, __global REAL* stack, uint capacity, REAL* seen, REAL* unsure,
+                    REAL* rounding) {
+  clrad_vector h[MOST_SIDES], p[MOST_CORNERS + 1], q[MOST_CORNERS + 1], r[MOST_CORNERS + 1], aside[MOST_CORNERS + 1];
   int n = (int)pair[1];
   for (int i = 0; i < n; i++) p[i] = clrad_minus(load_vector(vertex + 3 * (pair[0] + i)), x);
   REAL size = 0, whole = contour_of(p, n, normal, &size);
@@ -159,21 +159,19 @@ void visible_factor(clrad_vector x, clrad_vector normal, __global const uint* pa
     for (;;) {
       while (n > 0 && next < last) {
         const uint o = list[next++];
-        __global const REAL* plane = occluder_real + OCCLUDER_REALS * o;
-        __global const REAL* corner = vertex + 3 * occluder[OCCLUDER_WORDS * o];
-        const uint corners = occluder[OCCLUDER_WORDS * o + 1];
-        const REAL height = clrad_dot(load_vector(plane), x) - plane[3];
-        if (!(height > plane[4] || height < -plane[4])) continue; /* edge-on */
-        const int from_front = height > 0;
-        if (plainly_apart(p, n, corner, corners, x, from_front)) continue;
+        REAL products[MOST_SIDES];
+        const int sides = shown_sides(occluder, side, plane, vertex, o, x, h, products);
+        if (sides < 0 || plainly_apart(p, n, h, sides, vertex + 3 * occluder[OCCLUDER_WORDS * o],
+                                       occluder[OCCLUDER_WORDS * o + 1], x))
+          continue;
         /* Each side cuts off what is beyond it, to wait on the stack; if nothing is left, nothing was hidden. */
         const uint depth_before = depth;
         const REAL lost_before = lost;
         int m = n, beyond = 0;
         for (int i = 0; i < n; i++) q[i] = p[i];
-        for (uint e = 0; e < corners && m > 0; e++) {
+        for (int e = 0; e < sides && m > 0; e++) {
           int k = 0;
-          cut_piece(q, m, pyramid_side(corner, corners, e, x, from_front), r, &k, aside, &beyond);
+          cut_piece(q, m, h[e], r, &k, aside, &beyond);
           if (beyond > 0) {
             if (beyond > MOST_CORNERS || depth == capacity) {
               REAL ignored = 0;
@@ -229,7 +227,7 @@ void visible_factor(clrad_vector x, clrad_vector normal, __global const uint* pa
 /* One work-item a Gauss point; points of cells [first_cell, ...), CELL_POINTS each. */
 __kernel void cell_points(__global const uint* cells, uint first_cell, uint count, __global const REAL* quads,
                           __global const uint* pairs, __global const REAL* normals, __global const uint* occluder,
-                          __global const REAL* occluder_real, __global const REAL* vertex,
+                          __global const uint* side, __global const REAL* plane, __global const REAL* vertex,
                           __global const uint* list, __global REAL* stack, uint capacity, __global REAL* out) {
   const uint i = get_global_id(0);
   if (i >= count) return;
@@ -247,7 +245,8 @@ __kernel void cell_points(__global const uint* cells, uint first_cell, uint coun
   const REAL jacobian = sqrt(clrad_dot(area, area)) * (width_u * width_v);
   REAL seen, unsure, rounding;
   visible_factor(x, load_vector(normals + 3 * cell[0]), pairs + PAIR_WORDS * cell[0], list + cell[6], cell[7],
-                 occluder, occluder_real, vertex, stack + (ulong)i * capacity * PIECE_REALS, capacity, &seen, &unsure, &rounding);
+                 occluder, side, plane, vertex, stack + (ulong)i * capacity * PIECE_REALS, capacity, &seen, &unsure,
+                 &rounding);
   out[POINT_REALS * i] = seen * jacobian;
   out[POINT_REALS * i + 1] = unsure * jacobian;
   out[POINT_REALS * i + 2] = rounding * jacobian;

