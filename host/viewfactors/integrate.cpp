@@ -209,8 +209,6 @@ class Integration {
       occluders.insert(occluders.end(), lists_.begin() + std::ptrdiff_t(c.first_occluder),
                        lists_.begin() + std::ptrdiff_t(c.first_occluder + c.occluders));
     }
-    printf("EV %zu %zu %zu %zu\n", cells.size(), std::size_t(free), std::size_t(all - free),
-           occluders.size());
     if (all > 0) evaluate(cells, order, free, words, occluders);
     for (std::size_t i = 0; i < cells.size(); ++i)
       if (cells[i].child >= 0) compare(cells[i], cells[i + 1]), ++i;
