@@ -112,6 +112,7 @@ std::unique_ptr<Device> open_device(Arguments& a) {
 }
 
 int run(Arguments& a) {
+  watch_for_interrupt();
   const std::string json = json_name(a);
   const std::string ending = std::filesystem::path(a.output).extension().string();
   a.options.rows = a.rows == "object" ? ViewFactorRows::objects : ViewFactorRows::faces;
@@ -128,7 +129,6 @@ int run(Arguments& a) {
         stderr,
         "warning: in single precision errors below about {:.0e} are out of reach; use --precision double\n",
         float_floor);
-  watch_for_interrupt();
   Line line(a.quiet);
   a.options.progress = [&](const ViewFactorProgress& p) {
     line.show(p);

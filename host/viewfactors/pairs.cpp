@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <map>
 
 namespace clrad {
 namespace {
@@ -94,6 +95,17 @@ void cut_at_contact(PairPart& part, const Convex& occluder, double doubt) {
   }
 }
 
+PairPart::Body body_seen_from(const SurfaceList& surfaces, const ConvexBody& body, std::uint32_t receiver) {
+  PairPart::Body moved;
+  for (const ConvexBody::Corner& c : body.corner)
+    moved.corner.push_back(surfaces.surface[c.polygon].corner[c.index] +
+                           surfaces.from_to(receiver, c.polygon));
+  for (const std::uint32_t f : body.face)
+    moved.face.push_back({surfaces.surface[f].normal, surfaces.from_to(receiver, f)});
+  moved.side = body.side;
+  return moved;
+}
+
 }  // namespace
 
 std::vector<PairPart> parts_of_pair(const SurfaceList& surfaces, const BoxTree& tree, std::uint32_t receiver,
@@ -143,6 +155,20 @@ std::vector<PairPart> parts_of_pair(const SurfaceList& surfaces, const BoxTree& 
     shaft.add({-s.normal, s_anchor});
     const double doubt = std::max(doubt_r, doubt_s);
     part.shooter_doubt = doubt;
+    std::map<std::uint32_t, std::uint32_t>
+        body_at;  // of those that count as one; no_body: each face by itself
+    const auto place_of = [&](std::uint32_t body) {
+      if (body == Surface::no_body) return body;
+      const auto [at, is_new] = body_at.emplace(body, Surface::no_body);
+      if (!is_new) return at->second;
+      PairPart::Body moved = body_seen_from(surfaces, surfaces.body[body], receiver);
+      for (const glm::dvec3& c : moved.corner)
+        if (glm::dot(r.normal, c - r_whole[0]) < -doubt_r || glm::dot(s.normal, c - s_anchor) < -doubt_s)
+          return Surface::no_body;
+      at->second = std::uint32_t(part.bodies.size());
+      part.bodies.push_back(std::move(moved));
+      return at->second;
+    };
     for (const std::uint32_t k : tree.near(receiver, shooter, shaft, origin)) {
       const Surface& o = surfaces.surface[k];
       if (o.plane == r.plane || o.plane == s.plane) continue;
@@ -153,7 +179,7 @@ std::vector<PairPart> parts_of_pair(const SurfaceList& surfaces, const BoxTree& 
       corner = cut(corner, over_s(corner), std::max(doubt_s, 4 * 0x1p-53 * o.largest)).front;
       drop_repeated(corner, 1e-13 * size);
       if (!has_area(corner, size) || !shaft.may_hold(corner, doubt)) continue;
-      part.occluders.push_back({std::move(corner), o.normal});
+      part.occluders.push_back({std::move(corner), o.normal, place_of(o.body)});
     }
     std::stable_sort(part.occluders.begin(), part.occluders.end(),
                      [](const auto& a, const auto& b) { return area_of(a.corner) > area_of(b.corner); });

@@ -19,6 +19,7 @@ struct PairPart {
   struct Occluder {
     Convex corner;  ///< clipped to the front of both planes
     glm::dvec3 normal{0, 0, 1};
+    std::uint32_t body = Surface::no_body;  ///< in `bodies`, when all of it is in front of both planes
     /// Where it can hide something of the shooter: a rectangle of the receiver's plane, at most this large.
     struct Shadow {
       bool bounded = false;
@@ -27,6 +28,16 @@ struct PairPart {
     } shadow{};
   };
   std::vector<Occluder> occluders;  ///< largest first
+  /// A closed convex body: what its outline encloses is what its faces hide.
+  struct Body {
+    Convex corner;
+    struct Face {
+      glm::dvec3 normal, point;
+    };
+    std::vector<Face> face;
+    std::vector<ConvexBody::Side> side;
+  };
+  std::vector<Body> bodies;
 };
 
 /// Empty when no point of one sees a point of the other. The integral of point factors over all parts' receivers is A F.

@@ -54,6 +54,9 @@ SurfaceList surfaces_of(const Scene& scene) {
     by_plane[s.plane].push_back(p);
     list.surface.push_back(std::move(s));
   }
+  list.body = convex_bodies(scene);
+  for (std::uint32_t b = 0; b < list.body.size(); ++b)
+    for (const std::uint32_t face : list.body[b].face) list.surface[face].body = b;
   for (const auto& [plane, members] : by_plane)
     for (std::size_t below = 0; below < members.size(); ++below)
       for (std::size_t above = below + 1; above < members.size(); ++above) {

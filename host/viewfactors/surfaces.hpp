@@ -6,6 +6,7 @@
 
 #include "clrad/frame.hpp"
 #include "clrad/scene.hpp"
+#include "viewfactors/bodies.hpp"
 #include "viewfactors/convex.hpp"
 
 namespace clrad {
@@ -21,11 +22,14 @@ struct Surface {
   double area = 0;     ///< of the whole polygon
   double width = 0;    ///< area / longest side or diagonal
   double largest = 0;  ///< of the coordinates in the file
+  std::uint32_t body = no_body;
+  static constexpr std::uint32_t no_body = 0xffffffffu;
 };
 
 struct SurfaceList {
   Frame frame;
   std::vector<Surface> surface;  ///< in the scene's order
+  std::vector<ConvexBody> body;
 
   /// Anchor of b relative to that of a, in frame units: exact differences of the file's numbers where these are near.
   glm::dvec3 from_to(std::uint32_t a, std::uint32_t b) const {

@@ -3,7 +3,7 @@
  *
  *   A_r F_rs = integral over x in the receiver of F(x -> visible part of the shooter)
  *
- * Visibility is not sampled. Seen from x, an occluder is a pyramid of half-spaces through x; the shooter minus all
+ * Visibility is not sampled. Seen from x, an occluder (a polygon or a closed convex body) is a pyramid of half-spaces through x; the shooter minus all
  * pyramids is a few convex pieces (each pyramid's edge cuts off what is beyond it, and what is inside all of them is
  * hidden), whose form factors are summed by Lambert's contour formula (shared/factor.cl). So the integrand is exact at
  * each point, continuous, and smooth but for kinks where edges line up; the host places cells where it is not smooth.
@@ -16,14 +16,10 @@
  * Source: the area-to-area integral as in Siegel & Howell; shadows cut out of sources: Nishita & Nakamae, SIGGRAPH 1985;
  * the error indicator follows Berntsen, Espelid & Genz, ACM TOMS 17 (1991) 437, with null rules. */
 #include "shared/factor.cl"
+#include "viewfactors/tables.cl"
 
 #define NODES 5             /* Gauss points along each side of a cell */
 #define CELL_POINTS 25      /* NODES x NODES */
-#define CELL_WORDS 6        /* pair, quad, u, v, level_u, level_v: the cell is [u, u + 1] / 2^level_u ... of the quad */
-#define PAIR_WORDS 4        /* first corner of the shooter, corners, first occluder, occluders */
-#define OCCLUDER_WORDS 2    /* first corner, corners */
-#define OCCLUDER_REALS 5    /* unit normal, its offset (n . x of its points), height at which it counts as seen edge-on */
-#define MOST_CORNERS 16     /* of a piece; more overflow into "unsure" */
 #define PIECE_REALS (1 + 3 * MOST_CORNERS) /* on the stack: corners + 64 * next occluder, corner positions */
 #define RESULT_REALS 6      /* of a cell, see cell_sums */
 #define POINT_REALS 3       /* seen, unsure, rounding; each times the area that the point stands for */
@@ -43,12 +39,6 @@ __constant REAL null_rule[4][NODES] = {
      CLRAD_R(0.1570355987780476488)},
     {CLRAD_R(0.0873320053068150960), CLRAD_R(-0.2473320053068150960), CLRAD_R(0.32), CLRAD_R(-0.2473320053068150960),
      CLRAD_R(0.0873320053068150960)}};
-
-clrad_vector load_vector(__global const REAL* at) { return clrad_make(at[0], at[1], at[2]); }
-
-clrad_vector mixed(clrad_vector a, clrad_vector b, REAL t) {
-  return clrad_plus(clrad_scaled(a, 1 - t), clrad_scaled(b, t));
-}
 
 /* 2 pi F of a piece by its contour; *size: sum of the terms' absolute values. */
 REAL contour_of(const clrad_vector* p, int n, clrad_vector normal, REAL* size) {
@@ -117,28 +107,19 @@ void cut_piece(const clrad_vector* p, int n, clrad_vector h, clrad_vector* front
   *backs = b >= 3 ? b : 0;
 }
 
-/* The plane through x and edge e of an occluder, x being the origin, its normal to the inside of the pyramid. */
-clrad_vector pyramid_side(__global const REAL* corner, uint corners, uint e, clrad_vector x, int from_front) {
-  const clrad_vector a = clrad_minus(load_vector(corner + 3 * e), x);
-  const clrad_vector b = clrad_minus(load_vector(corner + 3 * (e + 1 < corners ? e + 1 : 0)), x);
-  const clrad_vector c = clrad_cross(clrad_dot(a, a) < clrad_dot(b, b) ? a : b, clrad_minus(b, a));
-  return from_front ? clrad_scaled(c, -1) : c;
-}
-
-/* Whether some side of the pyramid over the occluder has all of the piece beyond it, or some side of the pyramid over the
- * piece all of the occluder: then it hides nothing. Cheap, and true for most pairs. */
-int plainly_apart(const clrad_vector* p, int n, __global const REAL* corner, uint corners, clrad_vector x,
-                  int from_front) {
+/* Whether some side of what the occluder shows has all of the piece beyond it, or some side of the pyramid over the piece all
+ * of the occluder: then it hides nothing. Cheap, and true for most pairs. */
+int plainly_apart(const clrad_vector* p, int n, const clrad_vector* side, int sides, __global const REAL* corner,
+                  uint corners, clrad_vector x) {
   REAL largest = 0;
   for (int i = 0; i < n; i++) {
     const REAL l = clrad_largest(p[i]);
     largest = l > largest ? l : largest;
   }
-  for (uint e = 0; e < corners; e++) {
-    const clrad_vector h = pyramid_side(corner, corners, e, x, from_front);
-    const REAL allowed = 16 * CLRAD_EPSILON * clrad_largest(h) * largest;
+  for (int e = 0; e < sides; e++) {
+    const REAL allowed = 16 * CLRAD_EPSILON * clrad_largest(side[e]) * largest;
     int inside = 0;
-    for (int i = 0; i < n && !inside; i++) inside = clrad_dot(h, p[i]) > allowed;
+    for (int i = 0; i < n && !inside; i++) inside = clrad_dot(side[e], p[i]) > allowed;
     if (!inside) return 1;
   }
   for (int i = 0; i < n; i++) {
@@ -155,10 +136,11 @@ int plainly_apart(const clrad_vector* p, int n, __global const REAL* corner, uin
 }
 
 /* F at one point: *seen, what of it no stack or piece had room for (*unsure), and a bound of the rounding. */
-void visible_factor(clrad_vector x, clrad_vector normal, __global const uint* pair, __global const uint* occluder,
-                    __global const REAL* occluder_real, __global const REAL* vertex, __global REAL* stack,
-                    uint capacity, REAL* seen, REAL* unsure, REAL* rounding) {
-  clrad_vector p[MOST_CORNERS + 1], q[MOST_CORNERS + 1], r[MOST_CORNERS + 1], aside[MOST_CORNERS + 1];
+void visible_factor(clrad_vector x, clrad_vector normal, __global const uint* pair, __global const uint* list, uint last,
+                    __global const uint* occluder, __global const uint* side, __global const REAL* plane,
+                    __global const REAL* vertex, __global REAL* stack, uint capacity, REAL* seen, REAL* unsure,
+                    REAL* rounding) {
+  clrad_vector h[MOST_SIDES], p[MOST_CORNERS + 1], q[MOST_CORNERS + 1], r[MOST_CORNERS + 1], aside[MOST_CORNERS + 1];
   int n = (int)pair[1];
   for (int i = 0; i < n; i++) p[i] = clrad_minus(load_vector(vertex + 3 * (pair[0] + i)), x);
   REAL size = 0, whole = contour_of(p, n, normal, &size);
@@ -168,38 +150,35 @@ void visible_factor(clrad_vector x, clrad_vector normal, __global const uint* pa
 #else
   const int careful = !(8 * CLRAD_EPSILON * size <= 1e-5f * whole);
 #endif
-  const uint first = pair[2], last = pair[2] + pair[3];
   REAL sum = 0, lost = 0, terms = 0;
-  if (first == last) {
+  if (last == 0) {
     sum = careful ? careful_of(p, n, normal) : whole;
     terms = careful ? sum : size;
   } else {
-    uint depth = 0, next = first;
+    uint depth = 0, next = 0;
     for (;;) {
       while (n > 0 && next < last) {
-        __global const REAL* plane = occluder_real + OCCLUDER_REALS * next;
-        __global const REAL* corner = vertex + 3 * occluder[OCCLUDER_WORDS * next];
-        const uint corners = occluder[OCCLUDER_WORDS * next + 1];
-        next++;
-        const REAL height = clrad_dot(load_vector(plane), x) - plane[3];
-        if (!(height > plane[4] || height < -plane[4])) continue; /* edge-on */
-        const int from_front = height > 0;
-        if (plainly_apart(p, n, corner, corners, x, from_front)) continue;
+        const uint o = list[next++];
+        REAL products[MOST_SIDES];
+        const int sides = shown_sides(occluder, side, plane, vertex, o, x, h, products);
+        if (sides < 0 || plainly_apart(p, n, h, sides, vertex + 3 * occluder[OCCLUDER_WORDS * o],
+                                       occluder[OCCLUDER_WORDS * o + 1], x))
+          continue;
         /* Each side cuts off what is beyond it, to wait on the stack; if nothing is left, nothing was hidden. */
         const uint depth_before = depth;
         const REAL lost_before = lost;
         int m = n, beyond = 0;
         for (int i = 0; i < n; i++) q[i] = p[i];
-        for (uint e = 0; e < corners && m > 0; e++) {
+        for (int e = 0; e < sides && m > 0; e++) {
           int k = 0;
-          cut_piece(q, m, pyramid_side(corner, corners, e, x, from_front), r, &k, aside, &beyond);
+          cut_piece(q, m, h[e], r, &k, aside, &beyond);
           if (beyond > 0) {
             if (beyond > MOST_CORNERS || depth == capacity) {
               REAL ignored = 0;
               lost += careful ? careful_of(aside, beyond, normal) : contour_of(aside, beyond, normal, &ignored);
             } else {
               __global REAL* top = stack + PIECE_REALS * depth++;
-              top[0] = (REAL)(64 * (next - first) + beyond);
+              top[0] = (REAL)(64 * next + beyond);
               for (int i = 0; i < beyond; i++) {
                 top[3 * i + 1] = aside[i].x;
                 top[3 * i + 2] = aside[i].y;
@@ -235,7 +214,7 @@ void visible_factor(clrad_vector x, clrad_vector normal, __global const uint* pa
       __global const REAL* top = stack + PIECE_REALS * --depth;
       const uint packed = (uint)top[0];
       n = (int)(packed & 63u);
-      next = first + packed / 64u;
+      next = packed / 64u;
       for (int i = 0; i < n; i++) p[i] = load_vector(top + 1 + 3 * i);
     }
   }
@@ -248,8 +227,8 @@ void visible_factor(clrad_vector x, clrad_vector normal, __global const uint* pa
 /* One work-item a Gauss point; points of cells [first_cell, ...), CELL_POINTS each. */
 __kernel void cell_points(__global const uint* cells, uint first_cell, uint count, __global const REAL* quads,
                           __global const uint* pairs, __global const REAL* normals, __global const uint* occluder,
-                          __global const REAL* occluder_real, __global const REAL* vertex, __global REAL* stack,
-                          uint capacity, __global REAL* out) {
+                          __global const uint* side, __global const REAL* plane, __global const REAL* vertex,
+                          __global const uint* list, __global REAL* stack, uint capacity, __global REAL* out) {
   const uint i = get_global_id(0);
   if (i >= count) return;
   __global const uint* cell = cells + CELL_WORDS * (first_cell + i / CELL_POINTS);
@@ -265,8 +244,9 @@ __kernel void cell_points(__global const uint* cells, uint first_cell, uint coun
   const clrad_vector area = clrad_cross(along_u, along_v);
   const REAL jacobian = sqrt(clrad_dot(area, area)) * (width_u * width_v);
   REAL seen, unsure, rounding;
-  visible_factor(x, load_vector(normals + 3 * cell[0]), pairs + PAIR_WORDS * cell[0], occluder, occluder_real, vertex,
-                 stack + (ulong)i * capacity * PIECE_REALS, capacity, &seen, &unsure, &rounding);
+  visible_factor(x, load_vector(normals + 3 * cell[0]), pairs + PAIR_WORDS * cell[0], list + cell[6], cell[7],
+                 occluder, side, plane, vertex, stack + (ulong)i * capacity * PIECE_REALS, capacity, &seen, &unsure,
+                 &rounding);
   out[POINT_REALS * i] = seen * jacobian;
   out[POINT_REALS * i + 1] = unsure * jacobian;
   out[POINT_REALS * i + 2] = rounding * jacobian;

@@ -1,8 +1,10 @@
 // `clrad viewfactors` as a user meets it.
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <unistd.h>
 
 #include <chrono>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <thread>
@@ -88,7 +90,15 @@ TEST_F(CliViewFactors, InterruptWritesNothing) {
   write("boxes.obj", scene.str());
   const pid_t child =
       start({"viewfactors", path("boxes.obj"), "-o", path("f.npz"), "--target-error", "1e-7"});
-  std::this_thread::sleep_for(std::chrono::seconds(2));
+  // It works when it has used a second of processor time, however long that takes on a busy machine.
+  const auto used = [child] {
+    std::ifstream stat("/proc/" + std::to_string(child) + "/stat");
+    std::string field;
+    for (int k = 0; k < 14; ++k) stat >> field;  // the 14th: user time in ticks
+    return field.empty() ? 0.0 : std::stod(field) / double(sysconf(_SC_CLK_TCK));
+  };
+  for (int tries = 0; tries < 600 && used() < 1; ++tries)
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
   kill(child, SIGINT);
   const auto r = finish(child);
   EXPECT_EQ(r.code, 4) << r.error;

@@ -194,6 +194,41 @@ TEST(ViewFactors, RoomWithABlock) {
   }
 }
 
+// A closed box hides by its outline, a box that lacks a face by the faces it has: the same, since what passes through a
+// convex body passes through two of its faces. Also where the box stands on the receiver or touches the shooter.
+TEST(ViewFactors, ABoxHidesAsItsFacesDo) {
+  const auto quad = [](std::array<glm::dvec3, 4> c) {
+    json polygon = json::array();
+    for (const auto& p : c) polygon.push_back({p.x, p.y, p.z});
+    return polygon;
+  };
+  const json below = quad({{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}}),
+             above = quad({{{0, 0, 1}, {0, 1, 1}, {1, 1, 1}, {1, 0, 1}}});
+  for (const auto& [low, high] : {std::pair{0.3, 0.6}, {0.0, 0.5}, {0.45, 1.0}}) {
+    // Turned about z by the angle of the triangle 3, 4, 5.
+    const auto at = [](double x, double y, double z) {
+      return glm::dvec3(0.55 + 0.8 * x - 0.6 * y, 0.45 + 0.6 * x + 0.8 * y, z);
+    };
+    const glm::dvec3 c[8] = {at(-.3, -.2, low),  at(.3, -.2, low),  at(.3, .2, low),  at(-.3, .2, low),
+                             at(-.3, -.2, high), at(.3, -.2, high), at(.3, .2, high), at(-.3, .2, high)};
+    std::vector<json> polygons{below,
+                               above,
+                               quad({{c[0], c[3], c[2], c[1]}}),
+                               quad({{c[0], c[1], c[5], c[4]}}),
+                               quad({{c[1], c[2], c[6], c[5]}}),
+                               quad({{c[2], c[3], c[7], c[6]}}),
+                               quad({{c[3], c[0], c[4], c[7]}}),
+                               quad({{c[4], c[5], c[6], c[7]}})};
+    const auto body = view_factors(double_device(), scene_of_polygons(polygons), {.reciprocity_sample = 0});
+    // What stands on the receiver lacks its foot: under another it would be open.
+    polygons.erase(low == 0 ? polygons.begin() + 2 : polygons.end() - 1);
+    const auto faces = view_factors(double_device(), scene_of_polygons(polygons), {.reciprocity_sample = 0});
+    EXPECT_GT(body.at(0, 1), 0.01);
+    EXPECT_LT(body.at(0, 1), 0.18);  // 0.1998 with nothing in between
+    EXPECT_NEAR(body.at(0, 1), faces.at(0, 1), body.error_at(0, 1) + faces.error_at(0, 1)) << low;
+  }
+}
+
 // Moved a million metres (exactly), scaled by a power of two, and a batch cut smaller by less memory: the same bits.
 TEST(ViewFactors, SameBitsWhereverItStands) {
   const json data = oracle::reference("b_area_occluded.json");
