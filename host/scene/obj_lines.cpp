@@ -175,7 +175,8 @@ ObjLines scan_obj(std::string text, RawScene& scene) {
   for_each_line(lines.text, [&](std::uint32_t, std::string_view line) {
     line = trimmed(line);
     if (!line.starts_with("v ") && !line.starts_with("v\t")) return;
-    total += line[line.find_first_not_of(" \t", 1)] != '#';  // a `v` without a number is an error below, and no vertex
+    // A `v` without a number is an error below, and no vertex.
+    total += line[line.find_first_not_of(" \t", 1)] != '#';
   });
   lines.vertices.reserve(total);
   std::uint32_t ignored = 0, first_ignored = 0;
