@@ -45,9 +45,11 @@ class VertexFinder {
     const std::int64_t size_u = std::int64_t(of.patches_u) << lattice_depth,
                        size_v = std::int64_t(of.patches_v) << lattice_depth;
     if (i < 0 || j < 0 || i > size_u || j > size_v) return none;
-    const std::int64_t unit = size_u / of.cells_u;
+    const std::int64_t unit = of.cells_u > 0 ? size_u / of.cells_u : 0;
+    if (unit == 0) return none;
     if (i % unit == 0 && j % unit == 0) {
       const auto column = std::uint32_t(i / unit), row = std::uint32_t(j / unit), n = of.cells_u;
+      if (column > n || row > of.cells_v) return none;
       const bool quad = of.vertices == (of.cells_u + 1) * (of.cells_v + 1);
       if (quad) return of.first_vertex + row * (n + 1) + column;
       return column + row > n ? none : of.first_vertex + row * (n + 1) - row * (row - 1) / 2 + column;
@@ -169,7 +171,7 @@ std::vector<double> edge_bends(const Mesh& mesh, const Edges& edges, const std::
       // Each edge may take half of what a bilinear or linear display has there: the edges of either direction of a quad
       // meet in its middle.
       const double least = -2 * std::max(std::min(of_band[ends[0]], of_band[ends[1]]), 0.0);
-      bends[b * count + e] = std::max(-p * q / (p + q), least);
+      bends[b * count + e] = std::max(-p / (p + q) * q, least);
     }
   }
   return bends;
