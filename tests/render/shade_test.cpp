@@ -160,9 +160,9 @@ TEST_P(AdaptiveShading, IsWhatTheHostInterpolates) {
       const Polygon& polygon = solution.scene.polygons[p];
       Camera camera;
       camera.target = 0.5 * (polygon.corner[1] + polygon.corner[polygon.corners - 1]);
-      camera.eye = camera.target + 2.5 * polygon.normal() + glm::dvec3(0.02, 0.03, 0.05);
+      camera.eye = camera.target + 1.5 * polygon.normal() + glm::dvec3(0.02, 0.03, 0.05);
       camera.up = glm::normalize(polygon.corner[1] - polygon.corner[0]);
-      camera.vertical_field_of_view_rad = 0.8;
+      camera.vertical_field_of_view_rad = 1.2;
       const Image image = render(test::device(GetParam()), solution, camera,
                                  {.width = 48, .height = 48, .samples_per_pixel = 1});
       for (unsigned y = 0; y < 48; ++y)
