@@ -15,6 +15,7 @@
 
 #include "clrad/clrad.hpp"
 #include "mesh/locate.hpp"
+#include "output/displayed.hpp"
 
 namespace {
 
@@ -55,17 +56,12 @@ std::vector<Place> visible_places(const Solution& reference, std::size_t count) 
 
 // [place][band]
 std::vector<double> displayed(const Solution& solution, const std::vector<Place>& places) {
-  const auto radiosity = display_radiosity(solution);
+  const Displayed shown(solution);
   std::vector<double> values;
   for (const Place& p : places) {
     const Interpolant at =
         locate(solution.mesh, p.polygon, solution.scene.polygons[p.polygon].corners, p.u, p.v);
-    for (std::uint32_t b = 0; b < solution.bands; ++b) {
-      double sum = 0;
-      for (int k = 0; k < 8; ++k)
-        sum += at.weight[k] * radiosity[std::size_t(b) * solution.vertex_count() + at.vertex[k]];
-      values.push_back(sum);
-    }
+    for (std::uint32_t b = 0; b < solution.bands; ++b) values.push_back(shown.at(b, at));
   }
   return values;
 }

@@ -28,9 +28,18 @@ struct Local {
   }
 };
 
-double hat(double t) {
-  return 2 * std::min(t, 1 - t);
-}
+// What an edge's values along it weigh: of a T-vertex in its middle the hat, of the bend of the whole edge or of each half
+// the parabola. a and b: distances from its two ends, of sum 1, or a triangle's barycentric coordinates there. On other
+// edges all are 0. A triangle's hat less its half parabolas is a whole one all over, so that quadratic functions are met.
+struct AlongEdge {
+  double hat, whole, half_a, half_b;
+
+  AlongEdge(double a, double b)
+      : hat(2 * std::min(a, b) * (a + b)),
+        whole(a * b),
+        half_a(a > b ? 2 * b * (a - b) : 0),
+        half_b(a > b ? 0 : 2 * a * (b - a)) {}
+};
 
 }  // namespace
 
@@ -69,23 +78,27 @@ Interpolant locate(const Mesh& mesh, std::uint32_t polygon, std::uint32_t corner
   Interpolant result;
   result.element = std::uint32_t(leaf - mesh.elements.begin());
   const auto& at = local.at;
-  std::array<double, 4> corner{}, edge{};
+  std::array<double, 4> corner{at[0], at[1], at[2], 0};
+  // Of each edge: distances from its ends, and how much is left at the point.
+  std::array<double, 4> from = corner, to{at[1], at[2], at[0], 0}, fall{1, 1, 1, 0};
   if (corners == 4) {
-    corner = {(1 - at[0]) * (1 - at[1]), at[0] * (1 - at[1]), at[0] * at[1], (1 - at[0]) * at[1]};
-    edge = {hat(at[0]) * (1 - at[1]), hat(at[1]) * at[0], hat(at[0]) * at[1], hat(at[1]) * (1 - at[0])};
-  } else {
-    corner = {at[0], at[1], at[2], 0};
-    for (int k = 0; k < 3; ++k) edge[k] = 2 * std::min(at[k], at[(k + 1) % 3]);
+    const double x = at[0], y = at[1], x1 = 1 - x, y1 = 1 - y;
+    corner = {x1 * y1, x * y1, x * y, x1 * y};
+    from = {x1, y1, x, y}, to = {x, y, x1, y1}, fall = {y1, x, y, x1};
   }
   for (std::uint32_t k = 0; k < 4; ++k) {
     result.vertex[k] = k < corners ? leaf->vertex[k] : leaf->vertex[0];
     result.weight[k] += corner[k];
     const bool there = k < corners && leaf->middle[k] != 0xffffffffu;
     result.vertex[4 + k] = there ? leaf->middle[k] : leaf->vertex[0];
+    const AlongEdge along(from[k], to[k]);
+    result.bend_weight[2 * k] = fall[k] * (there ? along.half_a : along.whole);
     if (!there) continue;
-    result.weight[4 + k] = edge[k];
-    result.weight[k] -= edge[k] / 2;
-    result.weight[(k + 1) % corners] -= edge[k] / 2;
+    result.bend_weight[2 * k + 1] = fall[k] * along.half_b;
+    const double middle = fall[k] * along.hat;
+    result.weight[4 + k] = middle;
+    result.weight[k] -= middle / 2;
+    result.weight[(k + 1) % corners] -= middle / 2;
   }
   return result;
 }

@@ -1,5 +1,6 @@
 #include <memory>
 
+#include "output/displayed.hpp"
 #include "render/render.hpp"
 
 namespace clrad {
@@ -9,8 +10,10 @@ constexpr const char* file = "render/shade.cl";
 
 // The quadtrees as kernels/shared/leaf.cl reads them, and what is interpolated in them.
 struct RadiosityTables {
-  Array<std::uint32_t> trees, patch_first, code, level, vertex, middle;
+  Array<std::uint32_t> trees, patch_first, code, level, vertex, middle, edge;
   RealArray radiosity;  ///< [band][vertex], to draw [W/m^2]
+  RealArray bend;       ///< [band][edge] [W/m^2]
+  std::uint32_t edges;
 };
 
 RadiosityTables radiosity_tables(Device& device, const Solution& solution, bool ambient) {
@@ -28,6 +31,9 @@ RadiosityTables radiosity_tables(Device& device, const Solution& solution, bool 
     vertex.insert(vertex.end(), e.vertex.begin(), e.vertex.end());
     middle.insert(middle.end(), e.middle.begin(), e.middle.end());
   }
+  const Displayed displayed(solution, ambient);
+  std::vector<std::uint32_t> edge;
+  for (const auto& of : displayed.edges.of_element) edge.insert(edge.end(), of.begin(), of.end());
   const auto array = [&](const std::vector<std::uint32_t>& values) {
     return Array<std::uint32_t>(device, values, "the picture's elements");
   };
@@ -37,7 +43,10 @@ RadiosityTables radiosity_tables(Device& device, const Solution& solution, bool 
           array(level),
           array(vertex),
           array(middle),
-          RealArray(device, display_radiosity(solution, ambient), "the picture's radiosity")};
+          array(edge),
+          RealArray(device, displayed.radiosity, "the picture's radiosity"),
+          RealArray(device, displayed.bend, "the picture's edges"),
+          std::uint32_t(displayed.edge_count)};
 }
 
 }  // namespace
@@ -54,8 +63,8 @@ Shading radiosity_shading(Device& device, const SurfaceTables& tables, const Sol
   return {[&device, &tables, own, vertices, bands](const Rays& rays, const Array<std::uint32_t>& seen,
                                                    Array<float>& shown) {
     device.run(file, "shade_rays", rays.count, rays.origins, rays.targets, seen, rays.count, tables.polygons,
-               own->trees, own->patch_first, own->code, own->level, own->vertex, own->middle, own->radiosity,
-               vertices, bands, shown);
+               own->trees, own->patch_first, own->code, own->level, own->vertex, own->middle, own->edge,
+               own->radiosity, vertices, own->bend, own->edges, bands, shown);
   }};
 }
 

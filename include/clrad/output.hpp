@@ -28,7 +28,7 @@ struct ImageOptions {
       true;  ///< a fixed rule on the image's luminance percentiles; false: radiance 1 is white
 };
 
-/// A picture through the intersection kernels, radiosity interpolated bilinearly (Gouraud; section 1.5). Rays that
+/// A picture through the intersection kernels, radiosity interpolated (section 1.5; quadratic where it is smooth). Rays that
 /// meet mirrors and glass are followed until they end on a diffuse surface, `depth` surfaces have been passed, or
 /// what is left is below 1/4096 of the ray in every band; a scene without such polygons pays nothing for it.
 Image render(Device& device, const Solution& solution, const Camera& camera,

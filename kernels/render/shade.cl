@@ -1,11 +1,11 @@
-/* Which polygon a ray sees, the radiosity there, and the sum over a pixel's rays: Gouraud interpolation of radiosity on each
- * polygon's elements (section 1.5 of Drucker & Schroeder). One work-item a ray, then one a pixel.
+/* Which polygon a ray sees, the radiosity there, and the sum over a pixel's rays: interpolation of radiosity on each polygon's
+ * elements (section 1.5 of Drucker & Schroeder has it linear; here it is quadratic where radiosity is smooth). One work-item a ray, then one a pixel.
  *
  * The engine's answer is used for WHICH triangle is seen; where on its polygon is computed again here from the ray, so
  * that a small polygon far from the ray's origin is shaded by its own coordinates and every engine gives the same bits.
  *
  * Pre:  rays origins[i] -> targets[i], i < rays; the rays of a pixel stand next to each other; polygon tables as in
- *       kernels/shared/surface.cl; radiosity[band * vertices + vertex].
+ *       kernels/shared/surface.cl; radiosity[band * vertices + vertex], bend[band * edges + edge].
  * Post: radiance[pixel * bands + band] = sum over the pixel's rays of throughput x B / pi, over the samples a pixel; nothing
  *       hit or a back seen counts 0. */
 #include "shared/leaf.cl"
@@ -39,7 +39,8 @@ __kernel void shade_rays(__global const CLRAD_POINT_T* origins, __global const C
                          __global const uint* seen, uint rays, __global const REAL* polygons,
                          __global const uint* trees, __global const uint* patch_first, __global const uint* code,
                          __global const uint* level, __global const uint* vertex, __global const uint* middle,
-                         __global const REAL* radiosity, uint vertices, uint bands, __global float* shown) {
+                         __global const uint* edge, __global const REAL* radiosity, uint vertices,
+                         __global const REAL* bend, uint edges, uint bands, __global float* shown) {
   const uint ray = (uint)get_global_id(0);
   if (ray >= rays) return;
   __global float* out = shown + (ulong)ray * bands;
@@ -49,14 +50,18 @@ __kernel void shade_rays(__global const CLRAD_POINT_T* origins, __global const C
   __global const REAL* table = polygons + (ulong)polygon * CLRAD_POLYGON_REALS;
   const clrad_seen s = clrad_meet(table, origins + ray, targets + ray);
   if (!(s.facing < (REAL)0)) return;
-  REAL u, v, weight[CLRAD_LEAF_VERTICES];
+  REAL u, v, weight[CLRAD_LEAF_VERTICES], bent[CLRAD_LEAF_EDGES];
   uint corner[CLRAD_LEAF_VERTICES];
   clrad_parameters(table, s, &u, &v);
-  clrad_leaf(u, v, trees + CLRAD_TREE_UINTS * polygon, patch_first, code, level, vertex, middle, corner, weight);
+  const uint element =
+      clrad_leaf(u, v, trees + CLRAD_TREE_UINTS * polygon, patch_first, code, level, vertex, middle, corner, weight, bent);
+  __global const uint* edge_of = edge + (ulong)element * CLRAD_LEAF_EDGES;
   for (uint band = 0; band < bands; ++band) {
     __global const REAL* b = radiosity + (ulong)band * vertices;
     REAL sum = 0;
     for (uint k = 0; k < CLRAD_LEAF_VERTICES; ++k) sum += weight[k] * b[corner[k]];
+    for (uint k = 0; k < CLRAD_LEAF_EDGES; ++k)
+      if (edge_of[k] != CLRAD_NONE) sum += bent[k] * bend[(ulong)band * edges + edge_of[k]];
     out[band] = (float)sum;
   }
 }

@@ -1,17 +1,19 @@
 /* Which element a point of a polygon lies in, and what a value there is interpolated from: the linear quadtree
  * (Gargantini 1982) read by the path of the point through it. The same as host/mesh/locate.cpp.
  *
- * Bilinear or linear in the element's corners. Where an edge has a T-vertex, what it differs by from the mean of the edge's
- * ends is added as a hat along that edge, falling off to nothing at the other edges: both sides of every edge have the same
- * values, so there is no crack and no jump between levels.
+ * By vertices alone: bilinear or linear in the element's corners. Where an edge has a T-vertex, what it differs by from the
+ * mean of the edge's ends is added as a hat along that edge, falling off to nothing at the other edges. A bend (host/mesh/bend.hpp)
+ * is a parabola along its edge, or its half of an edge with a T-vertex, that falls off likewise (Coons 1967). Both sides of
+ * every edge have the same values, so there is no crack and no jump between levels.
  *
  * Tables: trees[4 p + ..] = first patch, patches_u, patches_v, corners of polygon p; patch_first[patch] (patches + 1 values);
- * code, level [element]; vertex, middle [4 element + k]. */
+ * code, level [element]; vertex, middle [4 element + k]; edge [8 element + 2 k + half]. */
 #ifndef CLRAD_LEAF_CL
 #define CLRAD_LEAF_CL
 
 #define CLRAD_DEPTH 15
 #define CLRAD_LEAF_VERTICES 8
+#define CLRAD_LEAF_EDGES 8
 #define CLRAD_TREE_UINTS 4
 
 /* One level down; at[] is (x, y) in a quad, barycentric in a triangle. Returns the child. */
@@ -31,14 +33,30 @@ static inline uint clrad_descend(REAL* at, int quad) {
   return 3;
 }
 
-static inline REAL clrad_hat(REAL t) { return 2 * (t < 1 - t ? t : 1 - t); }
+/* What an edge's values along it weigh: of a T-vertex in its middle the hat, of the bend of the whole edge or of each half
+ * the parabola. a and b: distances from its two ends, of sum 1, or a triangle's barycentric coordinates there. On other edges all
+ * are 0. A triangle's hat less its half parabolas is a whole one all over, so that quadratic functions are met. */
+typedef struct clrad_along_edge {
+  REAL hat, whole, half_a, half_b;
+} clrad_along_edge;
+
+static inline clrad_along_edge clrad_along(REAL a, REAL b) {
+  clrad_along_edge w;
+  w.hat = 2 * (a < b ? a : b) * (a + b);
+  w.whole = a * b;
+  w.half_a = a > b ? 2 * b * (a - b) : 0;
+  w.half_b = a > b ? 0 : 2 * a * (b - a);
+  return w;
+}
 
 static inline REAL clrad_clamped(REAL x, REAL high) { return x > 0 ? (x < high ? x : high) : 0; /* NaN: 0 */ }
 
-/* vertices and weights, CLRAD_LEAF_VERTICES of each; unused ones have weight 0. u, v are clamped to the polygon. */
-static void clrad_leaf(REAL u, REAL v, __global const uint* polygon, __global const uint* patch_first,
+/* vertices and weights, CLRAD_LEAF_VERTICES of each; unused ones have weight 0. bends: weights of the bends of edges,
+ * CLRAD_LEAF_EDGES of them. u, v are clamped to the polygon. Returns the element. */
+static uint clrad_leaf(REAL u, REAL v, __global const uint* polygon, __global const uint* patch_first,
                        __global const uint* codes, __global const uint* levels, __global const uint* vertex,
-                       __global const uint* middle, uint* vertices, REAL* weights) {
+                       __global const uint* middle, uint* vertices, REAL* weights,
+                       REAL* bends) {
   const uint corners = polygon[3], n = polygon[1], m = polygon[2];
   const int quad = corners == 4;
   uint patch = polygon[0];
@@ -83,35 +101,39 @@ static void clrad_leaf(REAL u, REAL v, __global const uint* polygon, __global co
   }
   for (uint level = levels[begin]; level > 0; level--) clrad_descend(at, quad);
 
-  REAL edge[4];
+  REAL from[4], to[4], fall[4] = {1, 1, 1, 0}; /* of each edge: distances from its ends, and how much is left at the point */
   if (quad) {
-    weights[0] = (1 - at[0]) * (1 - at[1]);
-    weights[1] = at[0] * (1 - at[1]);
+    const REAL x1 = 1 - at[0], y1 = 1 - at[1];
+    weights[0] = x1 * y1;
+    weights[1] = at[0] * y1;
     weights[2] = at[0] * at[1];
-    weights[3] = (1 - at[0]) * at[1];
-    edge[0] = clrad_hat(at[0]) * (1 - at[1]);
-    edge[1] = clrad_hat(at[1]) * at[0];
-    edge[2] = clrad_hat(at[0]) * at[1];
-    edge[3] = clrad_hat(at[1]) * (1 - at[0]);
+    weights[3] = x1 * at[1];
+    from[0] = x1, to[0] = at[0], fall[0] = y1;
+    from[1] = y1, to[1] = at[1], fall[1] = at[0];
+    from[2] = at[0], to[2] = x1, fall[2] = at[1];
+    from[3] = at[1], to[3] = y1, fall[3] = x1;
   } else {
     for (uint k = 0; k < 3; k++) {
-      const REAL next = at[k == 2 ? 0 : k + 1];
-      weights[k] = at[k];
-      edge[k] = 2 * (at[k] < next ? at[k] : next);
+      weights[k] = from[k] = at[k];
+      to[k] = at[k == 2 ? 0 : k + 1];
     }
-    weights[3] = edge[3] = 0;
+    weights[3] = from[3] = to[3] = 0;
   }
   for (uint k = 0; k < 4; k++) {
     vertices[k] = vertex[4 * begin + (k < corners ? k : 0)];
     const uint t = k < corners ? middle[4 * begin + k] : CLRAD_NONE;
     const int there = t != CLRAD_NONE;
+    const clrad_along_edge along = clrad_along(from[k], to[k]);
     vertices[4 + k] = there ? t : vertices[0];
-    weights[4 + k] = there ? edge[k] : 0;
+    weights[4 + k] = there ? fall[k] * along.hat : 0;
+    bends[2 * k] = fall[k] * (there ? along.half_a : along.whole);
+    bends[2 * k + 1] = there ? fall[k] * along.half_b : 0;
   }
   for (uint k = 0; k < corners; k++) {
     weights[k] -= weights[4 + k] / 2;
     weights[k + 1 == corners ? 0 : k + 1] -= weights[4 + k] / 2;
   }
+  return begin;
 }
 
 #endif

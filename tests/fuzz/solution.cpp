@@ -2,6 +2,7 @@
 
 #include "clrad/output.hpp"
 #include "fuzz/archive_case.hpp"
+#include "output/displayed.hpp"
 
 namespace clrad::fuzz {
 
@@ -15,6 +16,7 @@ void solution(Bytes bytes) {
   }
   // What writers and pictures take from it.
   for (const double b : display_radiosity(s, true)) require(!std::isnan(b), "a radiosity that is no number");
+  for (const double b : Displayed(s, true).bend) require(!std::isnan(b), "a bend that is no number");
   polygon_means(s);
   report_json(s);
 }

@@ -3,6 +3,9 @@
 #include <glm/vec2.hpp>
 #include <numbers>
 
+#include "mesh/locate.hpp"
+#include "output/adaptive.hpp"
+#include "output/displayed.hpp"
 #include "render/render.hpp"
 #include "render/support.hpp"
 
@@ -93,14 +96,15 @@ TEST_P(LinearField, FarFromTheOrigin) {
 INSTANTIATE_TEST_SUITE_P(Shade, LinearField, testing::Values(Precision::float32, Precision::float64),
                          [](const auto& p) { return p.param == Precision::float32 ? "Float" : "Double"; });
 
-// A coarse lattice with a value of its own at each vertex: only the right cell, half and weights reproduce
-// it.
+// A coarse lattice with a value of its own at each vertex: only the right cell, half and weights reproduce it. Values
+// alternate along the sides of cells and go evenly along their diagonals, so that no edge has a bend.
 TEST(Shade, EveryCellInterpolatesItsOwnCorners) {
   for (const bool quad : {true, false}) {
     const Scene scene = quad ? test::scene({polygon({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}})})
                              : test::scene({polygon({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}})});
     const auto value = [](double x, double y) {
-      return 1 + std::fmod(std::round(4 * x) * 7 + std::round(4 * y) * 3, 11);
+      const double i = std::round(4 * x), j = std::round(4 * y);
+      return 6 + (std::fmod(i + j, 2) == 0 ? 1 : -1) * (3 + 0.5 * i + 0.3 * j);
     };
     const Solution solution = test::solution(
         scene, quad ? 0.25 : 0.36, [&](auto, auto, const glm::dvec3& p) { return value(p.x, p.y); });
@@ -127,15 +131,63 @@ TEST(Shade, EveryCellInterpolatesItsOwnCorners) {
           expected = (1 - a - b) * at(0, 0) + a * at(1, 0) + b * at(0, 1);
         else
           expected = (a + b - 1) * at(1, 1) + (1 - b) * at(1, 0) + (1 - a) * at(0, 1);
-        // Neighbouring values differ by up to 11 over a quarter: slope 44 a unit, times the 2^-17 units of
+        // Neighbouring values differ by up to 12 over a quarter: slope 48 a unit, times the 2^-17 units of
         // the bound above.
-        ASSERT_NEAR(image.radiance[y * 64 + x], 0.5 * expected / std::numbers::pi, 44 * std::ldexp(1, -17))
+        ASSERT_NEAR(image.radiance[y * 64 + x], 0.5 * expected / std::numbers::pi, 48 * std::ldexp(1, -17))
             << x << ", " << y;
         ++compared;
       }
     EXPECT_GT(compared, quad ? 3500u : 1500u);
   }
 }
+
+// The same from the host's interpolation as from the device's, on quads and triangles of three levels: once a smooth field,
+// whose edges bend, and once a field that is anything but smooth.
+class AdaptiveShading : public testing::TestWithParam<Precision> {};
+
+TEST_P(AdaptiveShading, IsWhatTheHostInterpolates) {
+  for (const bool smooth : {true, false}) {
+    Solution solution = test::adaptive_solution(3);
+    if (!smooth)
+      test::set_field(solution, [](std::uint32_t, std::uint32_t band, const glm::dvec3& x) {
+        return 5 + 4 * std::sin(1000 * (x.x + 3 * x.y + 7 * x.z) + band);
+      });
+    const Displayed displayed(solution);
+    std::size_t bends = 0, seen = 0;
+    for (const double b : displayed.bend) bends += b != 0;
+    EXPECT_GT(bends, displayed.bend.size() / (smooth ? 2 : 10));
+    for (std::uint32_t p = 0; p < 3; ++p) {
+      const Polygon& polygon = solution.scene.polygons[p];
+      Camera camera;
+      camera.target = 0.5 * (polygon.corner[1] + polygon.corner[polygon.corners - 1]);
+      camera.eye = camera.target + 1.5 * polygon.normal() + glm::dvec3(0.02, 0.03, 0.05);
+      camera.up = glm::normalize(polygon.corner[1] - polygon.corner[0]);
+      camera.vertical_field_of_view_rad = 1.2;
+      const Image image = render(test::device(GetParam()), solution, camera,
+                                 {.width = 48, .height = 48, .samples_per_pixel = 1});
+      for (unsigned y = 0; y < 48; ++y)
+        for (unsigned x = 0; x < 48; ++x) {
+          const auto m = meet(polygon, camera.eye, ray(camera, 48, 48, x + 0.5, y + 0.5));
+          // Another polygon stands on this one's border.
+          if (m.inside < 1e-3) continue;
+          const auto [u, v] = test::parameters(polygon, m.point);
+          const Interpolant at = locate(solution.mesh, p, polygon.corners, u, v);
+          ++seen;
+          // Values up to 12 differ over an edge of 2 / 32 at the least, on each of the two sides of it: slope 400, bends
+          // three times that (below), x what a place is off: 2^-17 of a unit as above, and frame units are up to 2 m long.
+          const double bound =
+              (3 * 400 * 2 * std::ldexp(1, -17) + 40 * std::ldexp(1, -20)) / std::numbers::pi;
+          for (std::uint32_t band = 0; band < 3; ++band)
+            ASSERT_NEAR(image.radiance[3 * (y * 48 + x) + band], displayed.at(band, at) / std::numbers::pi,
+                        bound)
+                << p << " at " << x << ", " << y << " band " << band;
+        }
+    }
+    EXPECT_GT(seen, 2000u);
+  }
+}
+INSTANTIATE_TEST_SUITE_P(Shade, AdaptiveShading, testing::Values(Precision::float32, Precision::float64),
+                         [](const auto& p) { return p.param == Precision::float32 ? "Float" : "Double"; });
 
 TEST(Shade, EmissionIsSeenAndBacksAreBlackAndOpaque) {
   // From the front: a lamp of exitance pi, behind it nothing; a black back hides one half of it.

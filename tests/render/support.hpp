@@ -1,5 +1,6 @@
 // Scenes and solutions made by hand: what a picture or a file must show is then known.
 #pragma once
+#include <array>
 #include <cmath>
 #include <functional>
 #include <glm/geometric.hpp>
@@ -161,6 +162,23 @@ inline Meeting meet(const Polygon& p, const glm::dvec3& eye, const glm::dvec3& d
     m.inside = std::min(m.inside, glm::dot(glm::cross(glm::normalize(b - a), m.point - a), n));
   }
   return m;
+}
+
+/// Parameters (u, v) of a point of a polygon's plane, as PolygonMesh has them: by Newton's method from the middle, which
+/// converges on convex quads that are not nearly triangles.
+inline std::array<double, 2> parameters(const Polygon& p, const glm::dvec3& x) {
+  const auto& c = p.corner;
+  const glm::dvec3 e1 = c[1] - c[0], e2 = c[p.corners - 1] - c[0],
+                   twist = p.corners == 4 ? c[2] - c[1] - c[3] + c[0] : glm::dvec3(0);
+  double u = 0.5, v = 0.5;
+  for (int i = 0; i < 20; ++i) {
+    const glm::dvec3 off = x - (c[0] + u * e1 + v * e2 + u * v * twist), du = e1 + v * twist,
+                     dv = e2 + u * twist;
+    const double a = glm::dot(du, du), b = glm::dot(du, dv), d = glm::dot(dv, dv);
+    const double r = glm::dot(off, du), s = glm::dot(off, dv), det = a * d - b * b;
+    u += (d * r - b * s) / det, v += (a * s - b * r) / det;
+  }
+  return {u, v};
 }
 
 }  // namespace clrad::test

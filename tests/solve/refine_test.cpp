@@ -12,6 +12,7 @@
 #include "device/divided.hpp"
 #include "mesh/locate.hpp"
 #include "oracle/reference.hpp"
+#include "output/displayed.hpp"
 #include "scene/planes.hpp"
 
 namespace clrad {
@@ -44,16 +45,11 @@ struct Place {
 
 // Displayed radiosity at places, bands one after the other.
 std::vector<double> displayed(const Solution& s, const std::vector<Place>& places) {
-  const auto radiosity = display_radiosity(s);
+  const Displayed shown(s);
   std::vector<double> values;
   for (const Place& p : places) {
     const Interpolant at = locate(s.mesh, p.polygon, s.scene.polygons[p.polygon].corners, p.u, p.v);
-    for (std::uint32_t b = 0; b < s.bands; ++b) {
-      double sum = 0;
-      for (int k = 0; k < 8; ++k)
-        sum += at.weight[k] * radiosity[std::size_t(b) * s.vertex_count() + at.vertex[k]];
-      values.push_back(sum);
-    }
+    for (std::uint32_t b = 0; b < s.bands; ++b) values.push_back(shown.at(b, at));
   }
   return values;
 }

@@ -1,0 +1,22 @@
+// Radiosity at any point of the surfaces, as pictures show it.
+#pragma once
+#include <vector>
+
+#include "clrad/solution.hpp"
+#include "mesh/bend.hpp"
+#include "mesh/locate.hpp"
+
+namespace clrad {
+
+/// What is interpolated: values at vertices and what edges have besides. kernels/render/shade.cl reads the same.
+struct Displayed {
+  std::size_t vertices, edge_count;
+  std::vector<double> radiosity;  ///< display_radiosity(), [band][vertex] [W/m^2 or lm/m^2]
+  Edges edges;
+  std::vector<double> bend;  ///< edge_bends(), [band][edge], the same unit
+
+  explicit Displayed(const Solution& solution, bool ambient = false);
+  double at(std::uint32_t band, const Interpolant& where) const;
+};
+
+}  // namespace clrad
