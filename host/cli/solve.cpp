@@ -49,7 +49,7 @@ void add_arguments(CLI::App& verb, Arguments& a) {
       ->capture_default_str()
       ->group(accuracy);
   verb.add_option("--light-samples", a.solve.light_samples,
-                  "shooters get more rays until one carries less than 1/N of the light")
+                  "shooters get more rays until one carries no more than 1/N of the light")
       ->capture_default_str()
       ->group(accuracy);
   verb.add_option("--sensor-rays", a.solve.sensor_rays, "rays from a sensor")

@@ -75,7 +75,7 @@ struct SolveOptions {
   std::uint32_t rays_per_batch = 0;     ///< of `chop`; 0: its own choice
   Estimator estimator = Estimator::exact;
   std::uint32_t samples = 4;          ///< rays from a receiver to a shooter
-  std::uint32_t light_samples = 256;  ///< a shooter gets more than `samples` until one sample carries less
+  std::uint32_t light_samples = 256;  ///< a shooter gets more than `samples` until one sample carries no more
                                       ///< than 1/this of the emitted power
   double converge = 1e-3;             ///< stop when unshot / emitted power is below
   std::uint64_t seed = 1;
