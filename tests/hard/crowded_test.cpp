@@ -10,6 +10,7 @@
 #include "clrad/clrad.hpp"
 #include "hard/table.hpp"
 #include "oracle/reference.hpp"
+#include "visibility/boxes.hpp"
 #include "visibility/chop.hpp"
 #include "visibility/snap.hpp"
 
@@ -22,19 +23,6 @@ struct Setting {
   std::vector<OccluderTriangle> triangles;
   std::vector<Point> from, to;
 };
-
-void add_box(std::vector<OccluderTriangle>& all, const glm::dvec3& low, const glm::dvec3& high) {
-  const auto corner = [&](int k) {
-    return glm::dvec3(k & 1 ? high.x : low.x, k & 2 ? high.y : low.y, k & 4 ? high.z : low.z);
-  };
-  const int faces[6][4] = {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4},
-                           {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}};
-  for (const auto& f : faces) {
-    const auto plane = std::uint32_t(all.size() / 2);
-    all.push_back({{corner(f[0]), corner(f[1]), corner(f[2])}, plane, plane});
-    all.push_back({{corner(f[0]), corner(f[2]), corner(f[3])}, plane, plane});
-  }
-}
 
 std::vector<std::uint32_t> ask(Device& device, VisibilityEngine& engine, const Setting& s) {
   const PointArray from(device, s.from, "origins"), to(device, s.to, "targets");
@@ -58,7 +46,7 @@ TEST(HardCrowded, AHundredThousandTinyObjectsInOneVoxel) {
   std::uniform_real_distribution<double> unit(0, 1);
   const auto place = [&](double size) { return glm::dvec3(unit(random), unit(random), unit(random)) * size; };
   Setting s;
-  add_box(s.triangles, {-0.5, -0.5, -0.5}, {0.5, 0.5, 0.5});
+  test::add_box(s.triangles, {-0.5, -0.5, -0.5}, {0.5, 0.5, 0.5});
   const glm::dvec3 corner(-0.49, -0.49, -0.49);
   for (std::uint32_t k = 0; k < 100000; ++k) {
     const glm::dvec3 at = corner + place(1e-3);
@@ -128,8 +116,8 @@ TEST(HardCrowded, NeedleThinGapsBetweenBoxes) {
   for (const double half : {0.0, 2 * 0x1p-38, 0x1p-31, 1e-6, 1e-3})
     for (const std::string engine : {"serial", "chop"}) {
       Setting s;
-      add_box(s.triangles, {-0.5, -0.5, -0.25}, {-half, 0.5, 0.25});
-      add_box(s.triangles, {half, -0.5, -0.25}, {0.5, 0.5, 0.25});
+      test::add_box(s.triangles, {-0.5, -0.5, -0.25}, {-half, 0.5, 0.25});
+      test::add_box(s.triangles, {half, -0.5, -0.25}, {0.5, 0.5, 0.25});
       std::vector<std::uint32_t> expected;
       const auto push = [&](double x0, double x1, bool is_blocked) {
         s.from.push_back({{x0, 0.4 * (2 * unit(random) - 1), 0.5}});

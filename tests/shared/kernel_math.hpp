@@ -72,6 +72,7 @@ namespace {
 using clrad_many = kernel_host::Many<float>;
 
 #include "shared/factor.cl"
+#include "viewfactors/tables.cl"
 }  // namespace
 #undef REAL
 #undef CLRAD_POINT_T
@@ -79,6 +80,7 @@ using clrad_many = kernel_host::Many<float>;
 
 #undef CLRAD_MATH_CL
 #undef CLRAD_FACTOR_CL
+#undef CLRAD_VIEWFACTORS_TABLES_CL
 #undef CLRAD_R
 #undef CLRAD_EPSILON
 #undef CLRAD_SPLIT
@@ -105,6 +107,7 @@ namespace {
 using clrad_many = kernel_host::Many<double>;
 
 #include "shared/factor.cl"
+#include "viewfactors/tables.cl"
 }  // namespace
 #undef REAL
 #undef CLRAD_POINT_T

@@ -10,6 +10,7 @@
 
 #include "device/divided.hpp"
 #include "oracle/rational_visibility.hpp"
+#include "visibility/boxes.hpp"
 #include "visibility/pairs.hpp"
 
 namespace {
@@ -64,26 +65,13 @@ std::vector<OccluderTriangle> random_triangles(std::mt19937_64& random, int coun
   return all;
 }
 
-void add_box(std::vector<OccluderTriangle>& all, glm::dvec3 low, glm::dvec3 high) {
-  const auto corner = [&](int k) {
-    return glm::dvec3(k & 1 ? high.x : low.x, k & 2 ? high.y : low.y, k & 4 ? high.z : low.z);
-  };
-  const int faces[6][4] = {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4},
-                           {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}};
-  for (const auto& f : faces) {
-    const auto plane = std::uint32_t(all.size() / 2);
-    all.push_back({{corner(f[0]), corner(f[1]), corner(f[2])}, plane, plane});
-    all.push_back({{corner(f[0]), corner(f[2]), corner(f[3])}, plane, plane});
-  }
-}
-
 /// A room with two blocks in it and a light under its ceiling: the Cornell box's kind of scene, edges shared.
 Setting room(std::mt19937_64& random, std::uint32_t receivers, std::uint32_t samples) {
   Setting s;
   s.samples = samples;
-  add_box(s.triangles, {-0.6, -0.6, -0.6}, {0.6, 0.6, 0.6});
-  add_box(s.triangles, {-0.4, -0.6, -0.3}, {-0.1, 0.1, 0.1});
-  add_box(s.triangles, {0.1, -0.6, 0.0}, {0.4, -0.2, 0.3});
+  clrad::test::add_box(s.triangles, {-0.6, -0.6, -0.6}, {0.6, 0.6, 0.6});
+  clrad::test::add_box(s.triangles, {-0.4, -0.6, -0.3}, {-0.1, 0.1, 0.1});
+  clrad::test::add_box(s.triangles, {0.1, -0.6, 0.0}, {0.4, -0.2, 0.3});
   std::uniform_real_distribution<double> unit(0, 1);
   for (std::uint32_t i = 0; i < receivers; ++i) {
     const auto& t = s.triangles[random() % s.triangles.size()];

@@ -217,44 +217,6 @@ TEST(Serial, VisibilityIsSymmetric) {
                 (back.masks[k * 4 + o / 32] >> (o % 32)) & 1u);
 }
 
-std::vector<std::uint32_t> occluded_pairs(const std::vector<oracle::Triangle>& triangles,
-                                          const std::vector<oracle::Segment>& segments) {
-  Scene scene;
-  scene.triangles = triangles;
-  for (const oracle::Segment& s : segments) {
-    scene.origins.push_back(test::point(s.from, s.from_plane));
-    scene.targets.push_back(test::point(s.to, s.to_plane));
-  }
-  return ask(0, scene, false, 0).masks;
-}
-
-// 100 000 segments from inside to outside, most of them exactly through corners and edges: none gets out.
-TEST(Serial, NothingLeaksOutOfClosedMeshes) {
-  const std::uint64_t seed = 5;
-  std::mt19937_64 random(seed);
-  const std::int64_t one = std::int64_t(1) << 38;
-  struct Case {
-    std::vector<oracle::Triangle> mesh;
-    GridPoint middle;
-    std::int64_t inside, outside;
-    std::size_t count;
-  };
-  const GridPoint off{one * 3 + 12345, -one * 3 + 777, one * 2 + 1};
-  const std::vector<Case> cases{
-      {test::box({0, 0, 0}, {one, one / 2, one / 3}), {0, 0, 0}, one / 4, one, 30000},
-      {test::box(off, {one / 1000 + 1, one / 900, one / 800}), off, one / 2000, one / 799, 20000},
-      {test::icosphere({0, 0, 0}, double(one), 2), {0, 0, 0}, one / 2, one + 1, 30000},
-      {test::icosphere(off, double(one) / 700, 2), off, one / 1500, one / 699, 20000},
-      {test::icosphere(off, 1000, 1), off, 300, 1001, 10000}};
-  for (const Case& c : cases) {
-    const std::vector<oracle::Segment> segments =
-        test::escapes(random, c.mesh, c.middle, c.inside, c.outside, c.count);
-    const std::vector<std::uint32_t> blocked = occluded_pairs(c.mesh, segments);
-    EXPECT_EQ(std::size_t(std::count(blocked.begin(), blocked.end(), 1u)), c.count)
-        << "mesh of " << c.mesh.size() << ", seed " << seed;
-  }
-}
-
 nlohmann::json cases_of(const char* file) {
   std::ifstream in(std::string(CLRAD_TEST_DATA) + "/reference/" + file);
   return nlohmann::json::parse(in).at("cases");
@@ -267,27 +229,6 @@ glm::dvec3 position(const nlohmann::json& p, double scale) {
 /// A power of two that brings everything into the frame; it changes no digit.
 double scale_of(double farthest) {
   return farthest <= 4 ? 1 : std::exp2(-std::ceil(std::log2(farthest / 4)));
-}
-
-TEST(Serial, HardReferenceRays) {
-  std::size_t found = 0;
-  for (const auto& c : cases_of("d_hard_cases.json")) {
-    if (c["kind"] != "segment_visibility") continue;
-    ++found;
-    const double scale = scale_of(16.5);
-    std::vector<oracle::Triangle> triangles;
-    for (const auto& t : c["triangles"])
-      triangles.push_back(
-          {{snap(position(t[0], scale)), snap(position(t[1], scale)), snap(position(t[2], scale))}});
-    std::vector<oracle::Segment> segments;
-    for (const auto& s : c["segments"])
-      segments.push_back({snap(position(s["from"], scale)), snap(position(s["to"], scale))});
-    const std::vector<std::uint32_t> blocked = occluded_pairs(triangles, segments);
-    for (std::size_t i = 0; i < segments.size(); ++i)
-      EXPECT_EQ(blocked[i], c["segments"][i]["blocked"].get<bool>() ? 1u : 0u)
-          << c["id"] << " segment " << i << ' ' << c["segments"][i]["type"];
-  }
-  EXPECT_EQ(found, 2u);
 }
 
 // The visible fraction of a light's area by one jittered sample in each of N x N cells. Only cells that a
