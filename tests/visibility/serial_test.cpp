@@ -8,7 +8,7 @@
 
 #include "clrad/error.hpp"
 #include "device/divided.hpp"
-#include "visibility/meshes.hpp"
+#include "visibility/pairs.hpp"
 
 namespace clrad {
 namespace {
