@@ -1,5 +1,6 @@
 #include "mesh/average.hpp"
 
+#include <algorithm>
 #include <glm/geometric.hpp>
 
 namespace clrad {
@@ -34,6 +35,58 @@ bool siblings(const std::vector<Element>& elements, std::uint32_t first, std::ui
   return true;
 }
 
+// Quadratic interpolants of the parent, averaged over one of its four children: weights of the parent's corners and of the
+// middles of its sides and of itself. On an interval, its child's end, middle and far end weigh 5/12, 8/12 and -1/12.
+double average_in_quad(const std::vector<Element>& elements, std::uint32_t first, std::uint32_t child,
+                       const std::vector<double>& values) {
+  const auto value = [&](std::uint32_t of, std::uint32_t corner) {
+    return values[elements[first + of % 4].vertex[corner % 4]];
+  };
+  const std::uint32_t k = child;
+  return (25 * value(k, k) + 40 * (value(k, k + 1) + value(k, k + 3)) + 64 * value(k, k + 2) -
+          5 * (value(k + 1, k + 1) + value(k + 3, k + 3)) + value(k + 2, k + 2) -
+          8 * (value(k + 2, k + 1) + value(k + 2, k + 3))) /
+         144;
+}
+
+double average_in_triangle(const std::vector<Element>& elements, std::uint32_t first, std::uint32_t child,
+                           const std::vector<double>& values) {
+  double sum = 0;
+  for (std::uint32_t k = 0; k < 3; ++k) {
+    const double corner = values[elements[first + k].vertex[k]],
+                 opposite = values[elements[first + (k + 1) % 3].vertex[(k + 2) % 3]];
+    if (child == 3)
+      sum += (5 * opposite - corner) / 12;
+    else
+      sum += k == child ? (3 * corner + opposite) / 12 : (5 * opposite - corner) / 12;
+  }
+  return sum;
+}
+
+double by_own_weights(const Element& e, const std::vector<std::uint8_t>& covered,
+                      const std::vector<double>& values) {
+  double sum = 0, seen = 0;
+  for (std::uint32_t k = 0; k < 4; ++k)
+    if (e.vertex[k] != none && !covered[e.vertex[k]])
+      sum += e.weight[k] * values[e.vertex[k]], seen += e.weight[k];
+  return seen > 0 ? sum / seen : 0;
+}
+
+double by_corners(const Element& e, const std::vector<double>& values) {
+  const std::uint32_t corners = e.vertex[3] == none ? 3 : 4;
+  double sum = 0;
+  for (std::uint32_t k = 0; k < corners; ++k) sum += values[e.vertex[k]];
+  return sum / corners;
+}
+
+// At a shadow's edge a quadratic overshoots.
+double within_corners(const Element& e, const std::vector<double>& values, double average) {
+  double low = values[e.vertex[0]], high = low;
+  for (const std::uint32_t v : e.vertex)
+    if (v != none) low = std::min(low, values[v]), high = std::max(high, values[v]);
+  return std::clamp(average, low, high);
+}
+
 }  // namespace
 
 void average_by_parents(Mesh& mesh, const std::vector<std::uint8_t>& covered) {
@@ -63,6 +116,33 @@ void average_by_parents(Mesh& mesh, const std::vector<std::uint8_t>& covered) {
       first += members;
     }
   }
+}
+
+std::vector<double> element_averages(const Mesh& mesh, const std::vector<std::uint8_t>& covered,
+                                     const std::vector<double>& values) {
+  std::vector<double> averages(mesh.elements.size());
+  for (const Patch& patch : mesh.patches) {
+    const std::uint32_t end = patch.first_element + patch.elements;
+    for (std::uint32_t first = patch.first_element; first < end;) {
+      const std::uint32_t members = siblings(mesh.elements, first, end) ? 4 : 1;
+      bool by_parent = members == 4;
+      for (std::uint32_t e = first; e < first + members; ++e) by_parent &= exposed(mesh.elements[e], covered);
+      for (std::uint32_t e = first; e < first + members; ++e) {
+        const Element& element = mesh.elements[e];
+        if (!exposed(element, covered) || !even(mesh, element))
+          averages[e] = by_own_weights(element, covered, values);
+        else if (!by_parent)
+          averages[e] = by_corners(element, values);
+        else
+          averages[e] = within_corners(element, values,
+                                       element.vertex[3] == none
+                                           ? average_in_triangle(mesh.elements, first, e - first, values)
+                                           : average_in_quad(mesh.elements, first, e - first, values));
+      }
+      first += members;
+    }
+  }
+  return averages;
 }
 
 }  // namespace clrad

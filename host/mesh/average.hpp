@@ -1,4 +1,4 @@
-// Area averages over elements that are quarters of one parent.
+// Area averages over elements, alone and as quarters of one parent.
 #pragma once
 #include <cstdint>
 #include <vector>
@@ -12,5 +12,12 @@ namespace clrad {
 /// average is off in the fourth power of the edge (third on a triangle), where the interpolant's own is off in the
 /// second and always to the same side. Elsewhere, each corner counts alike. Elements with a covered corner keep their weights.
 void average_by_parents(Mesh& mesh, const std::vector<std::uint8_t>& covered);
+
+/// Each element's own area average of values [vertex]: among four such children, that of the parent's quadratic interpolant (off in
+/// the third power of the edge), kept between the element's corners; elsewhere the mean of its corners. The weights above are
+/// right for the four together alone: one child's own are off in the first power. Of an element with a covered corner:
+/// by its weights, of the exposed part; 0 where there is none.
+std::vector<double> element_averages(const Mesh& mesh, const std::vector<std::uint8_t>& covered,
+                                     const std::vector<double>& values);
 
 }  // namespace clrad

@@ -21,6 +21,7 @@ constexpr std::uint32_t cell_level = 3;
 struct Cells {
   std::vector<double> shooters;   // shooter_record() of each
   std::vector<double> radiosity;  // [band][cell], of the exposed part; negative where everything is covered
+  std::vector<double> slopes;     // [band][cell][3]: how it varies with s, t and s t from the cell's middle
   std::vector<std::uint32_t> first;  // of each patch, and the end
   std::uint32_t count() const { return first.back(); }
 };
@@ -63,11 +64,40 @@ void add_shooter(Cells& cells, const Solution& solution, const Element& first, d
   cells.shooters.insert(cells.shooters.end(), record.begin(), record.end());
 }
 
+// Corner vertices of an ancestor of elements `first` .. `end` - 1: corner k is that of the leaf whose path is k all the way.
+std::array<std::uint32_t, 4> corner_vertices(const Mesh& mesh, std::uint32_t first, std::uint32_t end) {
+  std::array<std::uint32_t, 4> vertices = mesh.elements[first].vertex;
+  for (std::uint32_t e = first; e < end; ++e) {
+    const Element& element = mesh.elements[e];
+    if (element.level <= cell_level) continue;
+    const std::uint32_t shift = 2 * (lattice_depth - element.level),
+                        mask = (1u << 2 * (element.level - cell_level)) - 1;
+    for (std::uint32_t k = 0; k < 4; ++k)
+      if ((element.code >> shift & mask) == (0x55555555u * k & mask)) vertices[k] = element.vertex[k];
+  }
+  if (mesh.elements[first].vertex[3] == 0xffffffffu) vertices[3] = 0xffffffffu;
+  return vertices;
+}
+
+// Of a bilinear (a triangle: linear) function by its values at the corners; all 0 where something covers one of these.
+std::array<double, 3> corner_slopes(const Solution& solution, const std::array<std::uint32_t, 4>& vertex,
+                                    std::uint32_t band, std::uint32_t polygon) {
+  std::array<double, 4> value{};
+  const bool triangle = vertex[3] == 0xffffffffu;
+  for (std::uint32_t k = 0; k < (triangle ? 3 : 4); ++k) {
+    if (solution.vertex_covered[vertex[k]]) return {};
+    value[k] = solution.vertex_radiosity(band, vertex[k], polygon);
+  }
+  const auto& [a, b, c, d] = value;
+  if (triangle) return {b - a, c - a, 0};
+  return {(b + c - a - d) / 2, (c + d - a - b) / 2, a - b + c - d};
+}
+
 Cells make_cells(const Solution& solution, const std::vector<double>& node_values) {
   const Mesh& mesh = solution.mesh;
   const std::size_t patches = mesh.patches.size(), count = patches + mesh.elements.size();
   Cells cells;
-  std::vector<std::vector<double>> radiosity(solution.bands);
+  std::vector<std::vector<double>> radiosity(solution.bands), slopes(solution.bands);
   for (const Patch& patch : mesh.patches) {
     cells.first.push_back(std::uint32_t(radiosity[0].size()));
     for (std::uint32_t e = patch.first_element, end; e < patch.first_element + patch.elements; e = end) {
@@ -87,13 +117,19 @@ Cells make_cells(const Solution& solution, const std::vector<double>& node_value
           power[b] += seen * element.area_m2 * node_values[b * count + patches + end];
       }
       add_shooter(cells, solution, mesh.elements[e], area);
-      for (std::uint32_t b = 0; b < solution.bands; ++b)
+      const auto corner = corner_vertices(mesh, e, end);
+      for (std::uint32_t b = 0; b < solution.bands; ++b) {
         radiosity[b].push_back(seen_area > 0 ? power[b] / seen_area : -1);
+        const auto slope = corner_slopes(solution, corner, b, patch.polygon);
+        slopes[b].insert(slopes[b].end(), slope.begin(), slope.end());
+      }
     }
   }
   cells.first.push_back(std::uint32_t(radiosity[0].size()));
-  for (const auto& of_band : radiosity)
-    cells.radiosity.insert(cells.radiosity.end(), of_band.begin(), of_band.end());
+  for (std::uint32_t b = 0; b < solution.bands; ++b) {
+    cells.radiosity.insert(cells.radiosity.end(), radiosity[b].begin(), radiosity[b].end());
+    cells.slopes.insert(cells.slopes.end(), slopes[b].begin(), slopes[b].end());
+  }
   return cells;
 }
 
@@ -119,6 +155,7 @@ void gather_near_field(SolveState& state, const Solution& solution, std::uint32_
       box[6 * p + std::size_t(a)] = low, box[6 * p + 3 + std::size_t(a)] = high;
     }
   const RealArray radiosity_device(state.device, cells.radiosity, "cell radiosity");
+  const RealArray slopes_device(state.device, cells.slopes, "cell radiosity");
   const RealArray mean_device(state.device, mean, "patch radiosity"),
       box_device(state.device, box, "patch boxes");
   const RealArray shooters(state.device, cells.shooters, "cells");
@@ -134,8 +171,8 @@ void gather_near_field(SolveState& state, const Solution& solution, std::uint32_
       });
     state.device.run("solve/near_field.cl", "near_field", state.vertices - first_vertex, state.receivers,
                      *column, shooters, cells.first[patch], cells.first[patch + 1] - cells.first[patch],
-                     radiosity_device, cells.count(), mean_device, state.total_shot, patch, patches,
-                     box_device, Real{reach}, state.vertex_irradiance, first_vertex, state.vertices,
+                     radiosity_device, slopes_device, cells.count(), mean_device, state.total_shot, patch,
+                     patches, box_device, Real{reach}, state.vertex_irradiance, first_vertex, state.vertices,
                      state.bands);
   }
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "mesh/average.hpp"
 #include "solve/covered.hpp"
 
 namespace clrad {
@@ -41,18 +42,13 @@ std::vector<double> node_radiosity(const Solution& solution) {
           m.emitted_exitance[b] +
           (exposed[p] > 0 ? m.reflectance[b] / exposed[p] : 0) * solution.patch_irradiance[b * patches + p];
   }
-  for (std::uint32_t b = 0; b < solution.bands; ++b)
-    for (std::size_t e = 0; e < mesh.elements.size(); ++e) {
-      const Element& element = mesh.elements[e];
-      const std::uint32_t polygon = mesh.patches[element.patch].polygon;
-      double sum = 0, seen = 0;
-      for (std::uint32_t k = 0; k < 4 && element.vertex[k] != 0xffffffffu; ++k)
-        if (!solution.vertex_covered[element.vertex[k]]) {
-          sum += element.weight[k] * solution.vertex_radiosity(b, element.vertex[k], polygon);
-          seen += element.weight[k];
-        }
-      radiosity[b * count + patches + e] = seen > 0 ? sum / seen : 0;
-    }
+  std::vector<double> of_vertex(solution.vertex_count());
+  for (std::uint32_t b = 0; b < solution.bands; ++b) {
+    for (std::uint32_t v = 0; v < of_vertex.size(); ++v)
+      of_vertex[v] = solution.vertex_radiosity(b, v, mesh.receivers[v].surface);
+    const auto averages = element_averages(mesh, solution.vertex_covered, of_vertex);
+    std::copy(averages.begin(), averages.end(), radiosity.begin() + std::ptrdiff_t(b * count + patches));
+  }
   return radiosity;
 }
 

@@ -6,6 +6,7 @@
 #include <glm/geometric.hpp>
 #include <numeric>
 
+#include "mesh/around.hpp"
 #include "mesh/average.hpp"
 #include "mesh/lattice.hpp"
 #include "mesh/subdivide.hpp"
@@ -22,6 +23,9 @@ enum Verdict : std::uint32_t { keep, split, at_max_level, at_min_area, at_min_pr
 // Share of the elements below which those to split are left once the solution has converged: splits beget a few more,
 // round after round, each at the cost of judging the whole mesh.
 constexpr double few = 1.0 / 500;
+
+// What is displayed may be off by this share of the difference that is tolerated.
+constexpr double error_share = 1.0 / 8;
 
 struct Marks {
   std::vector<float> difference;
@@ -106,13 +110,21 @@ Marks mark(SolveState& state, const Frame& frame, double tolerated) {
   const RealArray area_device(state.device, area, "element areas"),
       reflectance_device(state.device, reflectance, "reflectances"),
       camera(state.device, camera_numbers(options, frame), "the camera");
+  std::vector<std::uint32_t> around;
+  for (const auto& of : around_parents(mesh, state.covered_on_host))
+    around.insert(around.end(), of.begin(), of.end());
+  const Array<std::uint32_t> around_device(state.device, around, "vertices around parents");
+  RealArray surprise(state.device, std::size_t(state.bands) * state.vertices, "surprise");
+  state.device.run("solve/refine.cl", "expect", state.vertices * state.bands, state.vertex_irradiance,
+                   parents_device, around_device, state.covered, surprise, state.vertices, state.bands);
   Array<float> difference(state.device, elements, "radiosity differences");
   Array<std::uint32_t> verdict(state.device, elements, "elements to split");
-  state.device.run("solve/refine.cl", "mark_elements", elements, state.vertex_irradiance, vertex_device,
-                   made_device, parents_device, state.covered, patch_device, reflectance_device, area_device,
-                   level_device, left_device, state.receivers, camera, state.vertices, state.patches,
-                   state.bands, Real{tolerated}, Real{options.min_area_m2},
-                   Real{options.min_projected_area_px}, difference, verdict, elements);
+  state.device.run("solve/refine.cl", "mark_elements", elements, state.vertex_irradiance, surprise,
+                   vertex_device, made_device, parents_device, state.covered, patch_device,
+                   reflectance_device, area_device, level_device, left_device, state.receivers, camera,
+                   state.vertices, state.patches, state.bands, Real{tolerated}, Real{error_share * tolerated},
+                   Real{options.min_area_m2}, Real{options.min_projected_area_px}, difference, verdict,
+                   elements);
   return {difference.download(), verdict.download()};
 }
 

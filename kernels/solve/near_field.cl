@@ -3,17 +3,61 @@
  *
  * One work-item a receiver from `first` on, for one shooter: where the receiver is nearer than `reach` to the shooter's box,
  *   H += fade F shot (B_near / B_mean - 1),  B_near = sum F_e B_e / sum F_e  over the shooter's elements,
- * with F the kept column (so what is hidden stays hidden) and F_e unoccluded. B_e counts an element's exposed part; a
- * piece that is covered has B_e < 0 and is left out. Arrays: radiosity[b * nodes + node], shot[b * patches + patch].
+ * with F the kept column (so what is hidden stays hidden) and F_e unoccluded. B_e is that of the element's exposed part, and near by
+ * it varies over the element as its corners do: otherwise a receiver at its edge would see stairs. A piece that is covered has
+ * B_e < 0 and is left out. Arrays: radiosity[b * nodes + node], slopes[3 (b * nodes + node) + ..], shot[b * patches + patch].
  *
  * keep_near clears the flags of receivers that are not that near: where a column was not kept, it is traced at the others. */
 #include "shared/factor.cl"
 
 #define CLRAD_MOST_BANDS 16
 
-/* Form factor to one cell, as if nothing stood between. From two of its diameters on as to a point at its middle: an error
- * of some 5 % in one term of a correction. */
-static REAL cell_factor(__global const REAL* cell, CLRAD_POINT_T p) {
+/* Sixteen of the points (i, j) / 7, 0 <= i, j <= 7, of a cell: rows j = row and row + 1. */
+__constant REAL clrad_spot_i[16] = {0, 1, 2, 3, 4, 5, 6, 7, 0, 1, 2, 3, 4, 5, 6, 7};
+__constant REAL clrad_spot_j[16] = {0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 1, 1, 1};
+
+static clrad_many clrad_one_where_positive(clrad_many whole) { return clamp(whole, (REAL)0, (REAL)1); }
+
+/* mean[] = what s, t and s t, taken from the middle of the area (s t of a quad only), are on average over the light that a receiver
+ * gets from a cell, 0 <= s, t <= 1 along its edges from the first corner. By 8 x 8 points of a quad, 36 of a triangle, each standing for
+ * its part of the area; each counts by the kernel of the form factor, with half the spacing of the points added to its distance: a receiver
+ * on the cell's very edge sees what is next to it and nothing else. */
+static void light_centre(__global const REAL* cell, int triangle, CLRAD_POINT_T p, REAL side2, REAL* mean) {
+  const REAL delta2 = side2 / (2 * 14 * 14), at[3] = {p.x, p.y, p.z}, n[3] = {p.nx, p.ny, p.nz};
+  const REAL middle = triangle ? CLRAD_R(0.33333333333333333) : (REAL)0.5f;
+  REAL all = 0, x_sum = 0, y_sum = 0, xy_sum = 0;
+  for (int row = 0; row < 8; row += 2) {
+    const clrad_many i = vload16(0, clrad_spot_i), j = vload16(0, clrad_spot_j) + (REAL)row;
+    const clrad_many s = i / 7, t = j / 7, k = 7 - i - j;
+    clrad_many height = 0, r2 = delta2;
+    for (int a = 0; a < 3; a++) {
+      const REAL c0 = cell[a], c1 = cell[3 + a], c2 = cell[6 + a], c3 = cell[9 + a];
+      const clrad_many d = (c0 - at[a]) + s * (c1 - c0) + t * (c3 - c0) + s * t * (triangle ? 0 : c0 - c1 + c2 - c3);
+      height += n[a] * d;
+      r2 += d * d;
+    }
+    const clrad_many inner_i = clrad_one_where_positive(i), inner_j = clrad_one_where_positive(j);
+    clrad_many part; /* trapezoids: corners of a quad 1, edges 2, inside 4; of a triangle, 1, 3 and 6 */
+    if (triangle) {
+      const clrad_many inner = inner_i + inner_j + clrad_one_where_positive(k);
+      part = clrad_one_where_positive(k + 1) * inner * (inner + 1) / 2;
+    } else {
+      part = (1 + inner_i * clrad_one_where_positive(7 - i)) * (1 + inner_j * clrad_one_where_positive(7 - j));
+    }
+    const clrad_many weight = part * fmax(height, (REAL)0) / (r2 * r2), x = s - middle, y = t - middle;
+    all += clrad_lanes_sum(weight);
+    x_sum += clrad_lanes_sum(weight * x);
+    y_sum += clrad_lanes_sum(weight * y);
+    xy_sum += clrad_lanes_sum(weight * x * y);
+  }
+  mean[0] = all > 0 ? x_sum / all : 0;
+  mean[1] = all > 0 ? y_sum / all : 0;
+  mean[2] = all > 0 ? xy_sum / all : 0;
+}
+
+/* Form factor to one cell, as if nothing stood between, and the centre of its light. From two of its diameters on as to a point
+ * at its middle: an error of some 5 % in one term of a correction. */
+static REAL cell_factor(__global const REAL* cell, CLRAD_POINT_T p, REAL* mean) {
   REAL r[3] = {0, 0, 0}, side2 = 0;
   const int triangle = cell[6] == cell[9] && cell[7] == cell[10] && cell[8] == cell[11];
   for (int a = 0; a < 3; a++) {
@@ -22,11 +66,14 @@ static REAL cell_factor(__global const REAL* cell, CLRAD_POINT_T p) {
     const REAL at = a == 0 ? p.x : a == 1 ? p.y : p.z;
     r[a] = middle - at;
     side2 += (cell[a] - cell[6 + a]) * (cell[a] - cell[6 + a]);
+    mean[a] = 0;
   }
   const REAL r2 = r[0] * r[0] + r[1] * r[1] + r[2] * r[2];
-  if (r2 < 4 * side2)
+  if (r2 < 4 * side2) {
+    light_centre(cell, triangle, p, side2, mean);
     return clrad_exact_factor(cell, clrad_make(p.x, p.y, p.z), clrad_make(p.x_lo, p.y_lo, p.z_lo),
                               clrad_make(p.nx, p.ny, p.nz));
+  }
   __global const REAL* n = cell + CLRAD_SHOOTER_NORMAL;
   const REAL above = p.nx * r[0] + p.ny * r[1] + p.nz * r[2], facing = -(n[0] * r[0] + n[1] * r[1] + n[2] * r[2]);
   return above > 0 && facing > 0 ? CLRAD_R(0.31830988618379067) * (above / r2) * (facing / r2) * cell[CLRAD_SHOOTER_AREA] : 0;
@@ -53,7 +100,7 @@ __kernel void keep_near(__global const CLRAD_POINT_T* receivers, __global const 
 
 __kernel void near_field(__global const CLRAD_POINT_T* receivers, __global const REAL* column,
                          __global const REAL* shooters, uint first_node, uint elements, __global const REAL* radiosity,
-                         uint nodes, __global const REAL* mean, __global const REAL* shot, uint patch, uint patches,
+                         __global const REAL* slopes, uint nodes, __global const REAL* mean_radiosity, __global const REAL* shot, uint patch, uint patches,
                          __global const REAL* box, REAL reach, __global REAL* irradiance, uint first, uint vertices,
                          uint bands) {
   const uint v = first + get_global_id(0);
@@ -69,13 +116,19 @@ __kernel void near_field(__global const CLRAD_POINT_T* receivers, __global const
   for (uint b = 0; b < bands; b++) sum[b] = 0;
   for (uint e = first_node; e < first_node + elements; e++) {
     if (radiosity[e] < 0) continue;
-    const REAL part = cell_factor(shooters + (ulong)e * CLRAD_SHOOTER_SIZE, p);
+    REAL mean[3];
+    const REAL part = cell_factor(shooters + (ulong)e * CLRAD_SHOOTER_SIZE, p, mean);
     all += part;
-    for (uint b = 0; b < bands; b++) sum[b] += part * radiosity[(ulong)b * nodes + e];
+    for (uint b = 0; b < bands; b++) {
+      const ulong of = (ulong)b * nodes + e;
+      __global const REAL* slope = slopes + 3 * of;
+      const REAL there = radiosity[of] + slope[0] * mean[0] + slope[1] * mean[1] + slope[2] * mean[2];
+      sum[b] += part * (there > 0 ? there : 0);
+    }
   }
   if (!(all > 0)) return;
   for (uint b = 0; b < bands; b++) {
-    const REAL average = mean[b * patches + patch];
+    const REAL average = mean_radiosity[b * patches + patch];
     if (average > 0)
       irradiance[(ulong)b * vertices + v] +=
           fade * f * shot[b * patches + patch] * (sum[b] / (all * average) - 1);

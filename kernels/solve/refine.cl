@@ -2,11 +2,12 @@
  * parallel the radiosity difference across their respective surface" (section 1.4 of Drucker & Schroeder), with lower
  * limits on the element's area and on its projected area from a viewpoint (Heckbert 1990).
  *
+ * expect           one work-item a vertex and band: by how much it surprises, were the level above displayed
  * mark_elements    one work-item an element: difference[e] = the largest difference of radiosity between its corners, over
- *                  bands, in units of what is tolerated; 0 where it is at most 1, and where the level above already
- *                  interpolated the element's own vertices that well: an even gradient needs no finer elements. A covered corner reflects nothing, so the
- *                  outline of what stands on a surface is found like a shadow's. verdict[e]: CLRAD_KEEP, CLRAD_SPLIT, or
- *                  what forbids the split.
+ *                  bands, in units of what is tolerated; 0 where it is at most 1, and where what is displayed is not expected
+ *                  to be off by more than tolerated_error: an even gradient or bend needs no finer elements. A covered corner
+ *                  reflects nothing, so the outline of what stands on a surface is found like a shadow's. verdict[e]:
+ *                  CLRAD_KEEP, CLRAD_SPLIT, or what forbids the split.
  * interpolate_new  one work-item a new vertex: the mean of its parents (the alternative that the paper warns of)
  *
  * camera: eye, forward, right / (tan half width), up / (tan half height) in the frame, then half width and half height in
@@ -47,51 +48,76 @@ static REAL projected_area(__global const REAL* camera, __global const CLRAD_POI
   return twice > 0 ? twice / 2 : 0; /* counter-clockwise: the front is seen */
 }
 
-/* Of the corners that were made at `level`, the most by which irradiance differs from what the level above interpolated
- * there; huge where there is no level above, or where something covers one of them; negative where none was made then. */
-static REAL surprise(__global const REAL* irradiance, __global const uint* vertex, __global const uint* made_at,
-                     __global const uint* parents, __global const uint* covered, uint corners, uint level) {
+/* Along an edge from a to b: what is displayed in its middle (host/mesh/bend.hpp), from values one and two edges before a and
+ * after b, as far as there are any. */
+static REAL displayed_middle(REAL a, REAL b, __global const REAL* values, __global const uint* around) {
+  const int before = around[0] != CLRAD_NONE, after = around[1] != CLRAD_NONE;
+  REAL p = 0, q = 0;
+  if (before) p = values[around[0]] - 2 * a + b;
+  if (after) q = a - 2 * b + values[around[1]];
+  if (before && !after && around[2] != CLRAD_NONE) q = values[around[2]] - 2 * values[around[0]] + a;
+  if (after && !before && around[3] != CLRAD_NONE) p = b - 2 * values[around[1]] + values[around[3]];
+  const REAL bend = p * q > 0 ? -p / (p + q) * q : 0;
+  return (a + b) / 2 + bend / 4;
+}
+
+/* surprise[b * vertices + v]: by how much irradiance differs from what the level above displayed at v; huge where there is no level
+ * above, or where something covers v or one of its parents. */
+__kernel void expect(__global const REAL* irradiance, __global const uint* parents, __global const uint* around,
+                     __global const uint* covered, __global REAL* surprise, uint vertices, uint bands) {
+  const uint i = get_global_id(0);
+  if (i >= vertices * bands) return;
+  const uint band = i / vertices, v = i % vertices;
+  __global const REAL* h = irradiance + (ulong)band * vertices;
+  __global const uint* of = parents + 4 * v;
+  __global const uint* near = around + 4 * v;
+  REAL result = (REAL)1e30f;
+  if (of[0] != CLRAD_NONE && !(covered[v] | covered[of[0]] | covered[of[1]] | covered[of[2]] | covered[of[3]])) {
+    const REAL mean = (h[of[0]] + h[of[1]] + h[of[2]] + h[of[3]]) / 4;
+    REAL foreseen = mean;
+    if (of[0] == of[2])
+      foreseen = displayed_middle(h[of[0]], h[of[1]], h, near);
+    else if (near[0] != CLRAD_NONE && near[1] != CLRAD_NONE && near[2] != CLRAD_NONE && near[3] != CLRAD_NONE)
+      foreseen = (h[near[0]] + h[near[1]] + h[near[2]] + h[near[3]]) / 2 - mean;
+    result = fabs(h[v] - foreseen);
+  }
+  surprise[i] = result;
+}
+
+/* The most surprise at the corners that were made at `level`; negative where none was. */
+static REAL most_surprise(__global const REAL* surprise, __global const uint* vertex, __global const uint* made_at,
+                          uint corners, uint level) {
   REAL most = -1;
   for (uint k = 0; k < corners; k++) {
     const uint v = vertex[k];
     if (v == CLRAD_NONE || made_at[v] != level) continue;
-    __global const uint* of = parents + 4 * v;
-    if (of[0] == CLRAD_NONE) return (REAL)1e30f;
-    uint dark = covered[v];
-    REAL mean = 0;
-    for (int i = 0; i < 4; i++) {
-      dark |= covered[of[i]];
-      mean += irradiance[of[i]];
-    }
-    if (dark) return (REAL)1e30f;
-    const REAL d = fabs(irradiance[v] - mean / 4);
-    most = d > most ? d : most;
+    most = surprise[v] > most ? surprise[v] : most;
   }
   return most;
 }
 
-/* How far off the element's own interpolant seems to be: its own vertices' surprise, times by how much a level lessens it.
- * Where irradiance is smooth it helps (a half is taken, a quarter is the limit); at a shadow's edge it hardly does. */
-static REAL expected_error(__global const REAL* irradiance, __global const uint* vertex, __global const uint* made_at,
-                           __global const uint* parents, __global const uint* covered, uint corners, uint level) {
-  const REAL here = surprise(irradiance, vertex, made_at, parents, covered, corners, level);
+/* How far off what is displayed in the element seems to be: its own vertices' surprise, times by how much a level lessens it.
+ * Where irradiance is smooth it helps (a quarter is taken at best, an eighth is the limit); at a shadow's edge it hardly does. */
+static REAL expected_error(__global const REAL* surprise, __global const uint* vertex, __global const uint* made_at,
+                           __global const uint* parents, uint corners, uint level) {
+  const REAL here = most_surprise(surprise, vertex, made_at, corners, level);
   if (here < 0 || here > (REAL)1e29f || level == 0) return (REAL)1e30f;
   REAL above = -1;
   for (uint k = 0; k < corners; k++) { /* the corners of the element that this one is a child of are parents of its own */
     if (made_at[vertex[k]] != level) continue;
-    const REAL s = surprise(irradiance, parents + 4 * vertex[k], made_at, parents, covered, 4, level - 1);
+    const REAL s = most_surprise(surprise, parents + 4 * vertex[k], made_at, 4, level - 1);
     above = s > above ? s : above;
   }
   if (above > (REAL)1e29f || here >= above) return here;
-  return 2 * here < above ? here / 2 : here * (here / above);
+  return 4 * here < above ? here / 4 : here * (here / above);
 }
 
-__kernel void mark_elements(__global const REAL* irradiance, __global const uint* vertex,
+__kernel void mark_elements(__global const REAL* irradiance, __global const REAL* surprise, __global const uint* vertex,
                             __global const uint* made_at, __global const uint* parents,
                             __global const uint* covered, __global const uint* patch_of,
                             __global const REAL* reflectance, __global const REAL* area,
                             __global const uint* level, __global const uint* levels_left, __global const CLRAD_POINT_T* receivers,
-                            __global const REAL* camera, uint vertices, uint patches, uint bands, REAL tolerated,
+                            __global const REAL* camera, uint vertices, uint patches, uint bands, REAL tolerated, REAL tolerated_error,
                             REAL least_area, REAL least_projected, __global float* difference,
                             __global uint* verdict, uint elements) {
   const uint e = get_global_id(0);
@@ -109,11 +135,11 @@ __kernel void mark_elements(__global const REAL* irradiance, __global const uint
     const REAL d = reflectance[b * patches + patch_of[e]] * (high - low);
     most = d > most ? d : most;
     const REAL s = reflectance[b * patches + patch_of[e]] *
-                   expected_error(irradiance + (ulong)b * vertices, v, made_at, parents, covered, corners, level[e]);
+                   expected_error(surprise + (ulong)b * vertices, v, made_at, parents, corners, level[e]);
     unexpected = s > unexpected ? s : unexpected;
   }
   most /= tolerated;
-  const int over = most > 1 && 2 * unexpected > tolerated;
+  const int over = most > 1 && unexpected > tolerated_error;
   difference[e] = over ? (float)most : 0.0f;
   uint result = over ? CLRAD_SPLIT : CLRAD_KEEP;
   if (over && levels_left[e] == 0)

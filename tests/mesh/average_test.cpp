@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <glm/geometric.hpp>
+
 #include "clrad/frame.hpp"
 #include "mesh/build.hpp"
 #include "oracle/reference.hpp"
@@ -61,6 +64,56 @@ TEST(AverageByParents, KeepsOutOfWhatIsCovered) {
   EXPECT_EQ(m.mesh.elements[0].weight, (std::array<double, 4>{0.7, 0.1, 0.1, 0.1}));
   for (int e = 1; e < 4; ++e)
     EXPECT_EQ(m.mesh.elements[e].weight, (std::array<double, 4>{0.25, 0.25, 0.25, 0.25}));
+}
+
+// Each element by itself: the integral of a quadratic function over it, against Gauss's rule of 2 x 2 points (3 in a triangle), exact
+// for these. Rounding: values up to 4.
+TEST(ElementAverages, AreExactForQuadraticsOneByOne) {
+  const auto f = [](const glm::dvec3& p) { return 1 + p.x * p.x + 3 * p.x * p.y - 0.5 * p.y * p.y; };
+  for (const bool triangle : {false, true}) {
+    Meshed m(triangle ? std::vector<glm::dvec3>{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}
+                      : std::vector<glm::dvec3>{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}},
+             0.25);
+    std::vector<double> values;
+    for (const auto& p : m.mesh.position_m) values.push_back(f(p));
+    const std::vector<std::uint8_t> covered(m.mesh.vertex_count(), 0);
+    const auto averages = element_averages(m.mesh, covered, values);
+    for (std::size_t i = 0; i < m.mesh.elements.size(); ++i) {
+      const Element& e = m.mesh.elements[i];
+      const auto corner = [&](std::uint32_t k) { return m.mesh.position_m[e.vertex[k]]; };
+      double exact = 0;
+      if (triangle) {
+        for (std::uint32_t k = 0; k < 3; ++k) exact += f(0.5 * (corner(k) + corner((k + 1) % 3))) / 3;
+      } else {
+        const double at[2] = {0.5 - 0.5 / std::sqrt(3.0), 0.5 + 0.5 / std::sqrt(3.0)};
+        for (const double s : at)
+          for (const double t : at)
+            exact += f(corner(0) + s * (corner(1) - corner(0)) + t * (corner(3) - corner(0))) / 4;
+      }
+      EXPECT_NEAR(averages[i], exact, 1e-14) << (triangle ? "triangle " : "quad ") << i;
+    }
+  }
+}
+
+// A parabola through a step leaves the range of the element's corners; its average may not.
+TEST(ElementAverages, StayBetweenTheCorners) {
+  const Meshed m({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}, 0.25);
+  std::vector<double> values;
+  for (const auto& p : m.mesh.position_m) values.push_back(p.x < 0.4 ? 0 : 1);
+  for (const double a : element_averages(m.mesh, std::vector<std::uint8_t>(values.size(), 0), values)) {
+    EXPECT_GE(a, 0);
+    EXPECT_LE(a, 1);
+  }
+}
+
+// An element that is covered in part counts by its exposed corners, its siblings by their own.
+TEST(ElementAverages, LeaveOutWhatIsCovered) {
+  const Meshed m({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}, 0.5);
+  std::vector<std::uint8_t> covered(m.mesh.vertex_count(), 0);
+  std::vector<double> values(m.mesh.vertex_count(), 2.0);
+  const std::uint32_t hidden = m.mesh.elements[0].vertex[0];
+  covered[hidden] = 1, values[hidden] = 1000;
+  for (const double a : element_averages(m.mesh, covered, values)) EXPECT_DOUBLE_EQ(a, 2);
 }
 
 }  // namespace

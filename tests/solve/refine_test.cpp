@@ -96,7 +96,7 @@ TEST(Refine, AFewElementsInTheRightPlacesDoTheWorkOfMany) {
   const Solution fine = solve(device, scene, options);
   options.mesh.element_edge_m = 4.0 / 32;
   const Solution coarser = solve(device, scene, options);
-  const Solution split = solve(device, scene, adaptive(0.025, 2));
+  const Solution split = solve(device, scene, adaptive(0.04, 2));
   const double fine_error = rms(displayed(fine, places), exact),
                coarser_error = rms(displayed(coarser, places), exact),
                split_error = rms(displayed(split, places), exact);
