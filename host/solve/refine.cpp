@@ -115,8 +115,9 @@ Marks mark(SolveState& state, const Frame& frame, double tolerated) {
     around.insert(around.end(), of.begin(), of.end());
   const Array<std::uint32_t> around_device(state.device, around, "vertices around parents");
   RealArray surprise(state.device, std::size_t(state.bands) * state.vertices, "surprise");
-  state.device.run("solve/refine.cl", "expect", state.vertices * state.bands, state.vertex_irradiance,
-                   parents_device, around_device, state.covered, surprise, state.vertices, state.bands);
+  state.device.run("solve/refine.cl", "expect", std::uint64_t(state.vertices) * state.bands,
+                   state.vertex_irradiance, parents_device, around_device, state.covered, surprise,
+                   state.vertices, state.bands);
   Array<float> difference(state.device, elements, "radiosity differences");
   Array<std::uint32_t> verdict(state.device, elements, "elements to split");
   state.device.run("solve/refine.cl", "mark_elements", elements, state.vertex_irradiance, surprise,

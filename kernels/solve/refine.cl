@@ -65,9 +65,9 @@ static REAL displayed_middle(REAL a, REAL b, __global const REAL* values, __glob
  * above, or where something covers v or one of its parents. */
 __kernel void expect(__global const REAL* irradiance, __global const uint* parents, __global const uint* around,
                      __global const uint* covered, __global REAL* surprise, uint vertices, uint bands) {
-  const uint i = get_global_id(0);
-  if (i >= vertices * bands) return;
-  const uint band = i / vertices, v = i % vertices;
+  const ulong i = get_global_id(0);
+  if (i >= (ulong)vertices * bands) return;
+  const uint band = (uint)(i / vertices), v = (uint)(i % vertices);
   __global const REAL* h = irradiance + (ulong)band * vertices;
   __global const uint* of = parents + 4 * v;
   __global const uint* near = around + 4 * v;
