@@ -155,7 +155,7 @@ void gather_near_field(SolveState& state, const Solution& solution, std::uint32_
       box[6 * p + std::size_t(a)] = low, box[6 * p + 3 + std::size_t(a)] = high;
     }
   const RealArray radiosity_device(state.device, cells.radiosity, "cell radiosity");
-  const RealArray slopes_device(state.device, cells.slopes, "cell radiosity");
+  const RealArray slopes_device(state.device, cells.slopes, "slopes of cell radiosity");
   const RealArray mean_device(state.device, mean, "patch radiosity"),
       box_device(state.device, box, "patch boxes");
   const RealArray shooters(state.device, cells.shooters, "cells");

@@ -23,18 +23,18 @@ static clrad_many clrad_one_where_positive(clrad_many whole) { return clamp(whol
  * its part of the area; each counts by the kernel of the form factor, with half the spacing of the points added to its distance: a receiver
  * on the cell's very edge sees what is next to it and nothing else. */
 static void light_centre(__global const REAL* cell, int triangle, CLRAD_POINT_T p, REAL side2, REAL* mean) {
-  const REAL delta2 = side2 / (2 * 14 * 14), at[3] = {p.x, p.y, p.z}, n[3] = {p.nx, p.ny, p.nz};
+  const REAL delta2 = 1.0f / (2 * 14 * 14), at[3] = {p.x, p.y, p.z}, n[3] = {p.nx, p.ny, p.nz};
   const REAL middle = triangle ? CLRAD_R(0.33333333333333333) : (REAL)0.5f;
   REAL all = 0, x_sum = 0, y_sum = 0, xy_sum = 0;
   for (int row = 0; row < 8; row += 2) {
     const clrad_many i = vload16(0, clrad_spot_i), j = vload16(0, clrad_spot_j) + (REAL)row;
     const clrad_many s = i / 7, t = j / 7, k = 7 - i - j;
-    clrad_many height = 0, r2 = delta2;
+    clrad_many height = 0, r2 = delta2; /* r2 in units of the cell: r^4 of tiny ones is below the smallest float */
     for (int a = 0; a < 3; a++) {
       const REAL c0 = cell[a], c1 = cell[3 + a], c2 = cell[6 + a], c3 = cell[9 + a];
       const clrad_many d = (c0 - at[a]) + s * (c1 - c0) + t * (c3 - c0) + s * t * (triangle ? 0 : c0 - c1 + c2 - c3);
       height += n[a] * d;
-      r2 += d * d;
+      r2 += d * d / side2;
     }
     const clrad_many inner_i = clrad_one_where_positive(i), inner_j = clrad_one_where_positive(j);
     clrad_many part; /* trapezoids: corners of a quad 1, edges 2, inside 4; of a triangle, 1, 3 and 6 */
@@ -100,7 +100,8 @@ __kernel void keep_near(__global const CLRAD_POINT_T* receivers, __global const 
 
 __kernel void near_field(__global const CLRAD_POINT_T* receivers, __global const REAL* column,
                          __global const REAL* shooters, uint first_node, uint elements, __global const REAL* radiosity,
-                         __global const REAL* slopes, uint nodes, __global const REAL* mean_radiosity, __global const REAL* shot, uint patch, uint patches,
+                         __global const REAL* slopes, uint nodes, __global const REAL* mean_radiosity,
+                         __global const REAL* shot, uint patch, uint patches,
                          __global const REAL* box, REAL reach, __global REAL* irradiance, uint first, uint vertices,
                          uint bands) {
   const uint v = first + get_global_id(0);
