@@ -10,9 +10,12 @@
 
 #include "clrad/clrad.hpp"
 #include "device/divided.hpp"
+#include "mesh/around.hpp"
+#include "mesh/lattice.hpp"
 #include "mesh/locate.hpp"
 #include "oracle/reference.hpp"
 #include "output/displayed.hpp"
+#include "render/support.hpp"
 #include "scene/planes.hpp"
 
 namespace clrad {
@@ -103,6 +106,60 @@ TEST(Refine, AFewElementsInTheRightPlacesDoTheWorkOfMany) {
   EXPECT_LT(split.mesh.elements.size(), coarser.mesh.elements.size() * 5 / 4);
   EXPECT_LT(split_error, 0.6 * coarser_error);
   EXPECT_GT(split_error, 0.9 * fine_error);  // it cannot beat the mesh that it is a part of but by luck
+}
+
+// What a vertex surprises by is its difference from what the mesh of the level above displays there, by the host's own code. Values up to
+// 1000, in the device's precision: a dozen operations each.
+TEST(Refine, SurpriseIsTheDifferenceFromTheDisplayOfTheLevelAbove) {
+  Scene scene = test::scene({test::polygon({{0, 0, 0}, {2, 0, 0}, {2, 2, 0}, {0, 2, 0}}),
+                             test::polygon({{0, 0, 2}, {2, 0, 2}, {0, 1.5, 2}})});
+  scene.materials[0] = test::material(1, 1);  // what is displayed is irradiance and 1, over pi times the same
+  const auto field = [](const glm::dvec3& x) {
+    return 500 + 100 * std::sin(5 * x.x + 1) * std::cos(4 * x.y) + (x.x + 0.3 * x.y > 1.1 ? 300 : 0);
+  };
+  const auto subject = [&](double edge) {
+    Solution s = test::solution(scene, edge, [](auto, auto, auto&) { return 0.0; });
+    for (std::size_t v = 0; v < s.vertex_count(); ++v) s.vertex_irradiance[v] = field(s.mesh.position_m[v]);
+    return s;
+  };
+  const Solution above = subject(0.26), here = subject(0.13);
+  const Displayed shown(above), values(here);
+  Device& device = test::device();
+  const std::uint32_t vertices = here.vertex_count();
+  std::vector<std::uint32_t> parents, around;
+  for (const auto& of : here.mesh.parents) parents.insert(parents.end(), of.begin(), of.end());
+  const std::vector<std::uint32_t> covered(vertices, 0);
+  for (const auto& of : around_parents(here.mesh, std::vector<std::uint8_t>(vertices, 0)))
+    around.insert(around.end(), of.begin(), of.end());
+  const RealArray irradiance(device, values.radiosity, "values");
+  const Array<std::uint32_t> parents_device(device, parents, "parents"),
+      around_device(device, around, "around"), covered_device(device, covered, "covered");
+  RealArray surprise(device, vertices, "surprise");
+  device.run("solve/refine.cl", "expect", vertices, irradiance, parents_device, around_device, covered_device,
+             surprise, vertices, 1u);
+  const std::vector<double> found = surprise.download();
+  std::uint32_t compared = 0;
+  double most = 0;
+  for (std::uint32_t v = 0; v < vertices; ++v) {
+    const std::uint32_t p = here.mesh.receivers[v].surface;
+    const PolygonMesh& of = here.mesh.polygons[p];
+    const auto units_u = double(std::uint64_t(of.patches_u) << lattice_depth),
+               units_v = double(std::uint64_t(of.patches_v) << lattice_depth);
+    const auto& at = here.mesh.lattice[v];
+    // Vertices that the mesh above has, too, are no surprise to it.
+    if (at[0] % (std::uint32_t(units_u) / above.mesh.polygons[p].cells_u) == 0 &&
+        at[1] % (std::uint32_t(units_v) / above.mesh.polygons[p].cells_v) == 0)
+      continue;
+    if (here.mesh.parents[v][0] != here.mesh.parents[v][2])
+      continue;  // by the middles of edges, not of this mesh alone
+    const Interpolant where =
+        locate(above.mesh, p, scene.polygons[p].corners, at[0] / units_u, at[1] / units_v);
+    EXPECT_NEAR(found[v], std::abs(values.radiosity[v] - shown.at(0, where)), 1000 * 12 * 1.2e-7) << v;
+    most = std::max(most, found[v]);
+    ++compared;
+  }
+  EXPECT_GT(compared, 100u);
+  EXPECT_GT(most, 10);
 }
 
 // Rays of a re-shoot: for every patch that had shot, the new vertices in front of it x its samples. With the refinement
