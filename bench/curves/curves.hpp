@@ -11,6 +11,8 @@
 
 namespace clrad::bench {
 
+constexpr std::uint32_t n = 16;  // samples of each shooter, where a curve is not about them
+
 struct CurveOptions {
   bool quick = false;
   ChopOptions chop;  ///< of the curves over occluders and units

@@ -5,11 +5,10 @@
 namespace clrad::bench {
 namespace {
 
-constexpr std::uint32_t n = 16;
 constexpr int most_serial = 100000;  ///< polygons; above, serial is extrapolated
 constexpr double paper_factor = 60;
 
-struct Row {
+struct OccluderRow {
   int polygons;
   std::size_t vertices;
   std::uint64_t rays;
@@ -18,7 +17,7 @@ struct Row {
 };
 
 /// Where the ratio first passes `factor`, between rows by the logarithms; 0 when it never does.
-double crossing(const std::vector<Row>& rows, double factor) {
+double crossing(const std::vector<OccluderRow>& rows, double factor) {
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const double ratio = rows[i].serial / rows[i].chop;
     if (ratio < factor) continue;
@@ -38,7 +37,7 @@ nlohmann::json occluders_curve(const CurveOptions& options) {
       options.quick ? std::vector{100, 1000, 5761}
                     : std::vector{100, 300, 1000, 3000, 5761, 10000, 30000, 100000, 300000, 1000000};
   nlohmann::json report;
-  std::vector<Row> rows;
+  std::vector<OccluderRow> rows;
   double serial_per_pair = 0;
   std::printf("\nchop against serial, 8 shooters\n%10s %9s %9s %3s %9s %12s %12s %8s\n", "occluders",
               "patches", "vertices", "n", "rays", "chop us/ray", "serial us", "ratio");
@@ -108,7 +107,7 @@ nlohmann::json occluders_curve(const CurveOptions& options) {
   Curve measured{"measured", points_style(0, 7), {}}, guessed{"serial extrapolated", points_style(0, 6), {}};
   Curve sixty{"the paper: 60", line_style(5), {}};
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    const Row& r = rows[i];
+    const OccluderRow& r = rows[i];
     chop_curve.points.emplace_back(r.polygons, 1e6 * r.chop);
     (r.extrapolated ? guess : serial_curve).points.emplace_back(r.polygons, 1e6 * r.serial);
     (r.extrapolated ? guessed : measured).points.emplace_back(r.polygons, r.serial / r.chop);

@@ -5,8 +5,6 @@
 namespace clrad::bench {
 namespace {
 
-constexpr std::uint32_t n = 16;
-
 /// Small triangles all over the frame. A ray meets as many of few big ones as of many small ones.
 std::vector<OccluderTriangle> objects(std::uint32_t count) {
   std::mt19937_64 random(11);
@@ -35,7 +33,7 @@ Step rays_between(std::uint64_t rays) {
   return s;
 }
 
-struct Row {
+struct PairRow {
   std::string engine;
   std::uint64_t rays, objects;
   double seconds, pairs;
@@ -46,7 +44,7 @@ struct Row {
 nlohmann::json pairs_curve(const CurveOptions& options) {
   const double most_pairs = options.quick ? 1e7 : 1e9;
   constexpr std::uint64_t most_rays = 10'000'000;
-  std::vector<Row> rows;
+  std::vector<PairRow> rows;
   nlohmann::json report;
   Device device;
   std::printf(
@@ -70,7 +68,7 @@ nlohmann::json pairs_curve(const CurveOptions& options) {
       const auto seconds = alternate({[&] { steps.run(*chop); }, [&] { steps.run(*serial); }}, rounds);
       for (int e = 0; e < 2; ++e) {
         const auto& mine = seconds[std::size_t(e)];
-        const Row row{e ? "serial" : "chop", steps.rays, count, median(mine), double(steps.rays) * count};
+        const PairRow row{e ? "serial" : "chop", steps.rays, count, median(mine), double(steps.rays) * count};
         rows.push_back(row);
         report["rows"].push_back({{"engine", row.engine},
                                   {"occluder_polygons", count},
@@ -98,13 +96,13 @@ nlohmann::json pairs_curve(const CurveOptions& options) {
     // c: the middle of t / pairs above 1e6 pairs. t0: the most that a step of the fewest pairs takes beyond that.
     std::vector<double> each;
     double t0 = 0;
-    for (const Row& r : rows)
+    for (const PairRow& r : rows)
       if (r.engine == engine && r.pairs > 0.99e6) each.push_back(r.seconds / r.pairs);
     const double c = median(each);
-    for (const Row& r : rows)
+    for (const PairRow& r : rows)
       if (r.engine == engine && r.pairs < 2e4) t0 = std::max(t0, r.seconds - c * r.pairs);
     std::vector<double> beyond, at_1e6;
-    for (const Row& r : rows)
+    for (const PairRow& r : rows)
       if (r.engine == engine && r.pairs > 0.9e6)
         (r.pairs > 1.1e6 ? beyond : at_1e6).push_back(std::max(r.seconds - t0, 0.0) / r.pairs);
     if (beyond.empty() || at_1e6.empty()) continue;
@@ -126,7 +124,7 @@ nlohmann::json pairs_curve(const CurveOptions& options) {
       Curve curve{fmt::format("{}, {} objects", engine, count),
                   points_style(serial ? 1 : 0, shapes[shape] - (serial ? 1 : 0)),
                   {}};
-      for (const Row& r : rows)
+      for (const PairRow& r : rows)
         if (r.engine == engine && r.objects == count) curve.points.emplace_back(r.pairs, 1e3 * r.seconds);
       if (curve.points.empty()) continue;
       plot.curves.push_back(curve);

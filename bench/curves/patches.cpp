@@ -6,7 +6,6 @@ namespace clrad::bench {
 namespace {
 
 constexpr int polygons = 903;
-constexpr std::uint32_t n = 16;
 
 /// Seconds of each of `shoots` shoots, the first one left out, and what was shot.
 Solution shoot(Device& device, const Scene& scene, double edge_m, std::uint64_t shoots,

@@ -5,8 +5,6 @@
 namespace clrad::bench {
 namespace {
 
-constexpr std::uint32_t n = 16;
-
 std::vector<Step> steps_in(const Setting& s, std::size_t count, std::size_t most) {
   std::vector<Step> all;
   for (const std::uint32_t patch : shooters(s, count)) all.push_back(step_of(s, patch, n, most));

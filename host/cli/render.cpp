@@ -10,7 +10,7 @@
 namespace clrad::cli {
 namespace {
 
-struct Arguments {
+struct RenderArguments {
   std::string solution;
   OutputArguments outputs;
   DeviceArguments device;
@@ -18,7 +18,7 @@ struct Arguments {
 };
 
 // A picture straight from a scene.
-int run_whitted(Arguments& a) {
+int run_whitted(RenderArguments& a) {
   if (a.outputs.image.empty()) throw UsageError("--whitted draws a picture: name it with --image");
   const Scene scene = load_scene(a.solution, {.unit_m = parse_unit(a.outputs.unit)});
   if (!a.quiet) print_diagnostics(scene.diagnostics, stderr);
@@ -32,7 +32,7 @@ int run_whitted(Arguments& a) {
   return done;
 }
 
-int run(Arguments& a) {
+int run_render(RenderArguments& a) {
   a.outputs.parse();
   if (a.outputs.picture.whitted) return run_whitted(a);
   if (!a.outputs.any()) throw UsageError("nothing to write; name --image, --gltf, --vtu or a folder with -o");
@@ -58,7 +58,7 @@ int run(Arguments& a) {
 
 void add_render(CLI::App& app, Action& action) {
   CLI::App* verb = app.add_subcommand("render", "draw other views of a finished solution, without solving");
-  const auto a = std::make_shared<Arguments>();
+  const auto a = std::make_shared<RenderArguments>();
   verb->add_option("solution", a->solution, "solution.clrad of a solve; with --whitted, a scene")->required();
   verb->add_flag(
       "--whitted", a->outputs.picture.whitted,
@@ -68,7 +68,7 @@ void add_render(CLI::App& app, Action& action) {
   a->outputs.add_views_to(*verb, "picture.png, scene.glb and scene.vtu");
   a->device.add_to(*verb);
   verb->add_flag("--quiet", a->quiet, "no progress, no summary");
-  verb->callback([a, &action] { action = [a] { return run(*a); }; });
+  verb->callback([a, &action] { action = [a] { return run_render(*a); }; });
 }
 
 }  // namespace clrad::cli

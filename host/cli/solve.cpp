@@ -12,7 +12,7 @@
 namespace clrad::cli {
 namespace {
 
-struct Arguments {
+struct SolveArguments {
   std::string scene, sensors, estimator = "exact", grid, solver = "progressive", closure = "auto";
   OutputArguments outputs;
   DeviceArguments device;
@@ -20,7 +20,7 @@ struct Arguments {
   bool quiet = false;
 };
 
-void add_arguments(CLI::App& verb, Arguments& a) {
+void add_arguments(CLI::App& verb, SolveArguments& a) {
   verb.add_option("scene", a.scene, "OBJ, glTF or GLB file")->required();
   a.outputs.add_views_to(verb, "picture.png, scene.glb, scene.vtu, solution.clrad and report.json");
   a.outputs.add_results_to(verb);
@@ -160,7 +160,7 @@ void print_summary(const Solution& s) {
              100 * r.energy.unaccounted_relative);
 }
 
-int run(Arguments& a) {
+int run_solve(SolveArguments& a) {
   a.outputs.parse();
   a.solve.estimator = a.estimator == "exact"     ? Estimator::exact
                       : a.estimator == "subdisk" ? Estimator::subdisk
@@ -219,9 +219,9 @@ int run(Arguments& a) {
 void add_solve(CLI::App& app, Action& action) {
   CLI::App* verb =
       app.add_subcommand("solve", "mesh, solve and draw a scene; with -o, everything into a folder");
-  const auto a = std::make_shared<Arguments>();
+  const auto a = std::make_shared<SolveArguments>();
   add_arguments(*verb, *a);
-  verb->callback([a, &action] { action = [a] { return run(*a); }; });
+  verb->callback([a, &action] { action = [a] { return run_solve(*a); }; });
 }
 
 }  // namespace clrad::cli

@@ -39,7 +39,7 @@ constexpr const char* help =
 // What single precision's rounding leaves of a factor near an edge or at a distance.
 constexpr double float_floor = 1e-4;
 
-struct Arguments {
+struct ViewFactorArguments {
   std::string scene, output, json, unit = "m", rows = "face";
   ViewFactorOptions options;
   DeviceArguments device;
@@ -47,7 +47,7 @@ struct Arguments {
   bool quiet = false;
 };
 
-std::string json_name(const Arguments& a) {
+std::string json_name(const ViewFactorArguments& a) {
   return a.json.empty() ? std::filesystem::path(a.output).replace_extension(".json").string() : a.json;
 }
 
@@ -96,7 +96,7 @@ void print_summary(const ViewFactors& f, const Device& device) {
   fmt::print("\n{} point factors in {:.2f} s on {}\n", f.points, f.seconds, device.info().name);
 }
 
-std::unique_ptr<Device> open_device(Arguments& a) {
+std::unique_ptr<Device> open_device(ViewFactorArguments& a) {
   DeviceOptions options = a.device.resolved();
   if (a.precision->count() == 0) {
     options.precision = Precision::float32;
@@ -111,7 +111,7 @@ std::unique_ptr<Device> open_device(Arguments& a) {
   return std::make_unique<Device>(options);
 }
 
-int run(Arguments& a) {
+int run_viewfactors(ViewFactorArguments& a) {
   watch_for_interrupt();
   const std::string json = json_name(a);
   const std::string ending = std::filesystem::path(a.output).extension().string();
@@ -159,7 +159,7 @@ int run(Arguments& a) {
 void add_viewfactors(CLI::App& app, Action& action) {
   CLI::App* verb = app.add_subcommand("viewfactors", description);
   verb->footer(help);
-  const auto a = std::make_shared<Arguments>();
+  const auto a = std::make_shared<ViewFactorArguments>();
   const auto ending = [](const std::string& text) -> std::string {
     std::string e = std::filesystem::path(text).extension().string();
     for (char& c : e) c = char(std::tolower(static_cast<unsigned char>(c)));
@@ -186,7 +186,7 @@ void add_viewfactors(CLI::App& app, Action& action) {
   a->device.precision = "double";
   a->device.add_to(*verb);
   a->precision = verb->get_option("--precision");
-  verb->callback([a, &action] { action = [a] { return run(*a); }; });
+  verb->callback([a, &action] { action = [a] { return run_viewfactors(*a); }; });
 }
 
 }  // namespace clrad::cli

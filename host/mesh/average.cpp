@@ -6,17 +6,17 @@
 namespace clrad {
 namespace {
 
-constexpr std::uint32_t none = 0xffffffffu;
+constexpr std::uint32_t no_corner = 0xffffffffu;
 
 bool exposed(const Element& e, const std::vector<std::uint8_t>& covered) {
   for (const std::uint32_t v : e.vertex)
-    if (v != none && covered[v]) return false;
+    if (v != no_corner && covered[v]) return false;
   return true;
 }
 
 // Area per parameter area is the same all over; on other quads the interpolant's weights stay.
 bool even(const Mesh& mesh, const Element& e) {
-  if (e.vertex[3] == none) return true;
+  if (e.vertex[3] == no_corner) return true;
   const auto& p = mesh.position_m;
   const glm::dvec3 diagonal = p[e.vertex[2]] - p[e.vertex[0]];
   const glm::dvec3 bend = p[e.vertex[0]] - p[e.vertex[1]] + p[e.vertex[2]] - p[e.vertex[3]];
@@ -67,13 +67,13 @@ double by_own_weights(const Element& e, const std::vector<std::uint8_t>& covered
                       const std::vector<double>& values) {
   double sum = 0, seen = 0;
   for (std::uint32_t k = 0; k < 4; ++k)
-    if (e.vertex[k] != none && !covered[e.vertex[k]])
+    if (e.vertex[k] != no_corner && !covered[e.vertex[k]])
       sum += e.weight[k] * values[e.vertex[k]], seen += e.weight[k];
   return seen > 0 ? sum / seen : 0;
 }
 
 double by_corners(const Element& e, const std::vector<double>& values) {
-  const std::uint32_t corners = e.vertex[3] == none ? 3 : 4;
+  const std::uint32_t corners = e.vertex[3] == no_corner ? 3 : 4;
   double sum = 0;
   for (std::uint32_t k = 0; k < corners; ++k) sum += values[e.vertex[k]];
   return sum / corners;
@@ -83,7 +83,7 @@ double by_corners(const Element& e, const std::vector<double>& values) {
 double within_corners(const Element& e, const std::vector<double>& values, double average) {
   double low = values[e.vertex[0]], high = low;
   for (const std::uint32_t v : e.vertex)
-    if (v != none) low = std::min(low, values[v]), high = std::max(high, values[v]);
+    if (v != no_corner) low = std::min(low, values[v]), high = std::max(high, values[v]);
   return std::clamp(average, low, high);
 }
 
@@ -100,7 +100,7 @@ void average_by_parents(Mesh& mesh, const std::vector<std::uint8_t>& covered) {
         by_parent &= exposed(mesh.elements[i], covered) && even(mesh, mesh.elements[i]);
       for (std::uint32_t i = first; i < first + members; ++i) {
         Element& e = mesh.elements[i];
-        const bool triangle = e.vertex[3] == none;
+        const bool triangle = e.vertex[3] == no_corner;
         const std::uint32_t child = i - first;  // keeps the parent's corner of that number
         if (by_parent && triangle) {
           e.weight = {1.0 / 3, 1.0 / 3, 1.0 / 3, 0};
@@ -135,7 +135,7 @@ std::vector<double> element_averages(const Mesh& mesh, const std::vector<std::ui
           averages[e] = by_corners(element, values);
         else
           averages[e] = within_corners(element, values,
-                                       element.vertex[3] == none
+                                       element.vertex[3] == no_corner
                                            ? average_in_triangle(mesh.elements, first, e - first, values)
                                            : average_in_quad(mesh.elements, first, e - first, values));
       }

@@ -7,11 +7,11 @@
 namespace clrad {
 namespace {
 
-constexpr std::uint32_t none = VertexFinder::none;
+constexpr std::uint32_t no_vertex = VertexFinder::none;
 
 // A vertex on the line of an edge, at `along` times the edge from its first end.
 struct OnLine {
-  std::uint32_t vertex = none;
+  std::uint32_t vertex = no_vertex;
   int along = 0;
 };
 
@@ -21,13 +21,13 @@ using Line = std::array<OnLine, 6>;
 // The next vertex on the line in one direction, at the edge's own distance or, past a larger element, at twice that.
 OnLine next_on(const VertexFinder& finder, const Mesh& mesh, const std::array<std::uint32_t, 2>& ends,
                OnLine from, int direction) {
-  if (from.vertex == none) return {};
+  if (from.vertex == no_vertex) return {};
   const auto &a = mesh.lattice[ends[0]], &b = mesh.lattice[ends[1]], &at = mesh.lattice[from.vertex];
   for (int steps = direction; std::abs(steps) <= 2; steps += direction) {
     const std::uint32_t v =
         finder.at(mesh.receivers[ends[0]].surface, at[0] + steps * (std::int64_t(b[0]) - std::int64_t(a[0])),
                   at[1] + steps * (std::int64_t(b[1]) - std::int64_t(a[1])));
-    if (v != none) return {v, from.along + steps};
+    if (v != no_vertex) return {v, from.along + steps};
   }
   return {};
 }
@@ -37,14 +37,15 @@ Line line_of(const VertexFinder& finder, const Mesh& mesh, const std::array<std:
   line[2] = {ends[0], 0}, line[3] = {ends[1], 1};
   line[1] = next_on(finder, mesh, ends, line[2], -1);
   line[4] = next_on(finder, mesh, ends, line[3], 1);
-  if (line[1].vertex != none && line[4].vertex != none) return line;
+  if (line[1].vertex != no_vertex && line[4].vertex != no_vertex) return line;
   line[0] = next_on(finder, mesh, ends, line[1], -1);
   line[5] = next_on(finder, mesh, ends, line[4], 1);
   return line;
 }
 
 bool complete(const Line& line, std::size_t first) {
-  return line[first].vertex != none && line[first + 1].vertex != none && line[first + 2].vertex != none;
+  return line[first].vertex != no_vertex && line[first + 1].vertex != no_vertex &&
+         line[first + 2].vertex != no_vertex;
 }
 
 // Second difference at [first + 1], for steps of the edge's length.
@@ -76,21 +77,21 @@ Edges edges_of(const Mesh& mesh) {
   sides.reserve(4 * mesh.elements.size());
   for (std::uint32_t e = 0; e < mesh.elements.size(); ++e) {
     const Element& element = mesh.elements[e];
-    const std::uint32_t corners = element.vertex[3] == none ? 3 : 4;
+    const std::uint32_t corners = element.vertex[3] == no_vertex ? 3 : 4;
     const auto add = [&](std::uint32_t a, std::uint32_t b, std::uint32_t place) {
       sides.push_back({std::uint64_t(std::min(a, b)) << 32 | std::max(a, b), e, place});
     };
     for (std::uint32_t k = 0; k < corners; ++k) {
       const std::uint32_t from = element.vertex[k], to = element.vertex[(k + 1) % corners],
                           middle = element.middle[k];
-      add(from, middle == none ? to : middle, 2 * k);
-      if (middle != none) add(middle, to, 2 * k + 1);
+      add(from, middle == no_vertex ? to : middle, 2 * k);
+      if (middle != no_vertex) add(middle, to, 2 * k + 1);
     }
   }
   std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) { return a.name < b.name; });
   Edges edges;
   edges.of_element.resize(mesh.elements.size());
-  for (auto& of : edges.of_element) of.fill(none);
+  for (auto& of : edges.of_element) of.fill(no_vertex);
   for (std::size_t i = 0; i < sides.size(); ++i) {
     if (i == 0 || sides[i].name != sides[i - 1].name)
       edges.ends.push_back({std::uint32_t(sides[i].name >> 32), std::uint32_t(sides[i].name)});

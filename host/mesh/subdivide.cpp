@@ -12,7 +12,7 @@ namespace clrad {
 namespace {
 
 using Words = Array<std::uint32_t>;
-constexpr const char* file = "mesh/subdivide.cl";
+constexpr const char* subdivide_kernels = "mesh/subdivide.cl";
 
 // The leaves on the device; scratch of one subdivision.
 struct Leaves {
@@ -75,19 +75,20 @@ struct NameLength {
 Wanted name_wanted(Device& device, const Leaves& leaves, const Places& places, const Words& split,
                    const NameLength& length) {
   Words counts(device, leaves.count, "vertices asked for");
-  device.run(file, "ask_vertices", leaves.count, split, leaves.vertex, leaves.middle, counts, leaves.count);
+  device.run(subdivide_kernels, "ask_vertices", leaves.count, split, leaves.vertex, leaves.middle, counts,
+             leaves.count);
   Wanted w;
   w.slots = allocate(device, counts.buffer(), leaves.count, "vertices asked for");
   const std::uint32_t n = w.slots.total, room = std::max(n, 1u);
   for (Words* words : {&w.low, &w.high, &w.polygon, &w.order}) *words = Words(device, room, "vertex names");
   w.coordinates = Words(device, 2 * std::uint64_t(room), "new vertices");
   w.parents = Words(device, 4 * std::uint64_t(room), "new vertices");
-  device.run(file, "name_vertices", n, w.slots.owner, w.slots.rank, leaves.vertex, leaves.middle,
+  device.run(subdivide_kernels, "name_vertices", n, w.slots.owner, w.slots.rank, leaves.vertex, leaves.middle,
              places.lattice, places.polygon, length.shift, w.low, w.high, w.polygon, w.coordinates, w.parents,
              w.order, n);
   Words keys(device, room, "vertex names");
   const auto sort_by = [&](const Words& words, std::uint32_t bits) {
-    device.run(file, "gather_words", n, words, w.order, keys, n);
+    device.run(subdivide_kernels, "gather_words", n, words, w.order, keys, n);
     radix_sort(device, keys.buffer(), w.order.buffer(), n, bits);
   };
   sort_by(w.low, std::min(32u, 2 * length.coordinate_bits));
@@ -102,9 +103,9 @@ Wanted name_balanced(Device& device, const Leaves& leaves, const Places& places,
   Words forced(device, leaves.count, "forced splits"), list(device, leaves.count, "forced splits");
   for (;;) {
     Wanted wanted = name_wanted(device, leaves, places, split, length);
-    device.run(file, "balance", leaves.count, split, leaves.vertex, leaves.middle, places.lattice,
-               places.polygon, length.shift, wanted.low, wanted.high, wanted.polygon, wanted.order,
-               wanted.slots.total, forced, leaves.count);
+    device.run(subdivide_kernels, "balance", leaves.count, split, leaves.vertex, leaves.middle,
+               places.lattice, places.polygon, length.shift, wanted.low, wanted.high, wanted.polygon,
+               wanted.order, wanted.slots.total, forced, leaves.count);
     if (compact(device, forced.buffer(), leaves.count, list.buffer()) == 0) return wanted;
   }
 }
@@ -181,27 +182,28 @@ Subdivision subdivide(Device& device, const Scene& scene, const Frame& frame, Me
 
   Words heads(device, room, "new vertices"), runs(device, room, "new vertices"),
       number(device, room, "new vertices"), made(device, room, "new vertices");
-  device.run(file, "find_heads", slots, wanted.low, wanted.high, wanted.polygon, wanted.order, heads, slots);
+  device.run(subdivide_kernels, "find_heads", slots, wanted.low, wanted.high, wanted.polygon, wanted.order,
+             heads, slots);
   const std::uint32_t vertices = scan_uint(device, Sum::inclusive, heads.buffer(), runs.buffer(), slots);
   if (std::uint64_t(mesh.vertex_count()) + vertices > 1u << 31)
     throw UsageError(fmt::format(
         "adaptive subdivision would make more than {} vertices; use a larger --adaptive", 1u << 31));
-  device.run(file, "number_vertices", slots, wanted.order, heads, runs, result.first_vertex, number, made,
-             slots);
+  device.run(subdivide_kernels, "number_vertices", slots, wanted.order, heads, runs, result.first_vertex,
+             number, made, slots);
   append_vertices(scene, frame, mesh, wanted, made.download(0, vertices));
 
   Words counts(device, before.count, "children");
-  device.run(file, "ask_children", before.count, split_device, counts, before.count);
+  device.run(subdivide_kernels, "ask_children", before.count, split_device, counts, before.count);
   const Allocation children = allocate(device, counts.buffer(), before.count, "children");
   result.split = (children.total - before.count) / 3;
   Leaves after(device, children.total);
-  device.run(file, "place_children", after.count, children.owner, children.rank, split_device, before.vertex,
-             before.middle, before.level, before.code, wanted.slots.offsets, number, after.vertex,
-             after.middle, after.level, after.code, after.count);
+  device.run(subdivide_kernels, "place_children", after.count, children.owner, children.rank, split_device,
+             before.vertex, before.middle, before.level, before.code, wanted.slots.offsets, number,
+             after.vertex, after.middle, after.level, after.code, after.count);
   const Places places(device, mesh);
-  device.run(file, "find_middles", after.count, after.vertex, after.middle, after.level, places.lattice,
-             places.polygon, length.shift, wanted.low, wanted.high, wanted.polygon, wanted.order, number,
-             slots, after.count);
+  device.run(subdivide_kernels, "find_middles", after.count, after.vertex, after.middle, after.level,
+             places.lattice, places.polygon, length.shift, wanted.low, wanted.high, wanted.polygon,
+             wanted.order, number, slots, after.count);
   result.owner = children.owner.download(0, children.total);
   take_elements(scene, frame, mesh, after, result.owner);
   return result;

@@ -88,9 +88,10 @@ void visit_fields(Visit& visit, M& stage) {
 
 template <class Visit, OneOf<DeviceInfo> M>
 void visit_fields(Visit& visit, M& info) {
-  auto& [index, name, platform, driver, version, gpu, fp64, units, memory_bytes, largest_buffer_bytes] = info;
+  auto& [index, name, platform, driver, supports, gpu, fp64, units, memory_bytes, largest_buffer_bytes] =
+      info;
   visit("index", index), visit("name", name), visit("platform", platform), visit("driver", driver);
-  visit("version", version), visit("gpu", gpu), visit("fp64", fp64), visit("compute_units", units);
+  visit("version", supports), visit("gpu", gpu), visit("fp64", fp64), visit("compute_units", units);
   visit("memory_bytes", memory_bytes), visit("largest_buffer_bytes", largest_buffer_bytes);
 }
 

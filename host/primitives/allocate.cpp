@@ -10,7 +10,7 @@ namespace {
 
 using namespace primitives;
 
-constexpr const char* file = "primitives/allocate.cl";
+constexpr const char* allocate_kernels = "primitives/allocate.cl";
 
 /// Enqueues all of a compaction; returns where in scan_scratch() the count lies.
 std::uint64_t compact_passes(Device& device, const cl::Buffer& flags, std::uint64_t n,
@@ -22,13 +22,13 @@ std::uint64_t compact_passes(Device& device, const cl::Buffer& flags, std::uint6
   const Blocks blocks = cut_blocks(device, n);
   auto& sums = grown_block_sums(device, blocks);
   if (blocks.count == 1) {
-    device.run_local(file, tree ? "compact_short_trees" : "compact_short_blocks", blocks.local, blocks.local,
-                     flags, n, sums, indices);
+    device.run_local(allocate_kernels, tree ? "compact_short_trees" : "compact_short_blocks", blocks.local,
+                     blocks.local, flags, n, sums, indices);
     return 0;
   }
   scan_block_sums(device, flags, n, blocks, 0, blocks.count, scan_flags, sums);
-  device.run_local(file, tree ? "compact_trees" : "compact_blocks", blocks.items(), blocks.local, flags, n,
-                   blocks.length, sums, indices);
+  device.run_local(allocate_kernels, tree ? "compact_trees" : "compact_blocks", blocks.items(), blocks.local,
+                   flags, n, blocks.length, sums, indices);
   return blocks.count;
 }
 
@@ -57,14 +57,15 @@ void allocate_into(Device& device, const cl::Buffer& counts, std::uint64_t n, Al
   if (allocation.total == 0) return;
   const auto requesters = static_cast<std::uint32_t>(n);
   if (trees(device)) {
-    device.run(file, "allocate_owners_trees", allocation.total, allocation.offsets, requesters,
+    device.run(allocate_kernels, "allocate_owners_trees", allocation.total, allocation.offsets, requesters,
                allocation.total, allocation.owner, allocation.rank);
     return;
   }
   constexpr std::uint32_t share = 8192;
   const std::uint64_t steps = n + allocation.total;
-  device.run_local(file, "allocate_owners_blocks", (steps + share - 1) / share, 1, allocation.offsets,
-                   requesters, allocation.total, share, allocation.owner, allocation.rank);
+  device.run_local(allocate_kernels, "allocate_owners_blocks", (steps + share - 1) / share, 1,
+                   allocation.offsets, requesters, allocation.total, share, allocation.owner,
+                   allocation.rank);
 }
 
 Allocation allocate(Device& device, const cl::Buffer& counts, std::uint64_t n, std::string_view what) {

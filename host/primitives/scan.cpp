@@ -9,7 +9,7 @@ namespace clrad {
 namespace primitives {
 
 namespace {
-constexpr const char* file = "primitives/scan.cl";
+constexpr const char* scan_kernels = "primitives/scan.cl";
 /// 8 MiB of input, which the caches of most CPUs hold. Measured: flat between 2 and 16 MiB.
 constexpr std::uint64_t cached_values = 2u << 20;
 }  // namespace
@@ -60,10 +60,10 @@ void scan_block_sums(Device& device, const cl::Buffer& in, std::uint64_t n, cons
                      std::uint32_t first, std::uint32_t last, std::uint32_t mode,
                      Array<std::uint64_t>& sums) {
   const bool tree = trees(device);
-  device.run_local(file, tree ? "scan_sums_trees" : "scan_sums_blocks", blocks.items(last - first),
+  device.run_local(scan_kernels, tree ? "scan_sums_trees" : "scan_sums_blocks", blocks.items(last - first),
                    blocks.local, in, n, blocks.length, first, mode, sums);
-  device.run_local(file, tree ? "scan_top_trees" : "scan_top_blocks", blocks.local, blocks.local, sums, first,
-                   last);
+  device.run_local(scan_kernels, tree ? "scan_top_trees" : "scan_top_blocks", blocks.local, blocks.local,
+                   sums, first, last);
 }
 
 std::uint64_t scan_passes(Device& device, const cl::Buffer& in, const cl::Buffer& out, std::uint64_t n,
@@ -72,15 +72,15 @@ std::uint64_t scan_passes(Device& device, const cl::Buffer& in, const cl::Buffer
   const Blocks blocks = cut_blocks(device, n);
   Array<std::uint64_t>& sums = grown_block_sums(device, blocks);
   if (blocks.count == 1) {
-    device.run_local(file, tree ? "scan_short_trees" : "scan_short_blocks", blocks.local, blocks.local, in, n,
-                     mode, sums, out);
+    device.run_local(scan_kernels, tree ? "scan_short_trees" : "scan_short_blocks", blocks.local,
+                     blocks.local, in, n, mode, sums, out);
     return 0;
   }
   for (std::uint32_t first = 0; first < blocks.count; first += blocks.at_a_time) {
     const std::uint32_t last = std::min(blocks.count, first + blocks.at_a_time);
     scan_block_sums(device, in, n, blocks, first, last, mode, sums);
-    device.run_local(file, tree ? "scan_trees" : "scan_blocks", blocks.items(last - first), blocks.local, in,
-                     n, blocks.length, first, mode, sums, out);
+    device.run_local(scan_kernels, tree ? "scan_trees" : "scan_blocks", blocks.items(last - first),
+                     blocks.local, in, n, blocks.length, first, mode, sums, out);
   }
   return blocks.count;
 }

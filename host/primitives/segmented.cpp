@@ -8,7 +8,7 @@ namespace {
 
 using namespace primitives;
 
-constexpr const char* file = "primitives/segmented.cl";
+constexpr const char* segmented_kernels = "primitives/segmented.cl";
 constexpr std::uint64_t block = 1024;
 /// Blocks of 1024 that a CPU work-group takes.
 constexpr unsigned blocks_per_group = 4;
@@ -39,13 +39,13 @@ void scan_level(Device& device, const Kernels& kernels, const cl::Buffer& in, co
   grow(device, level.totals, std::max<std::uint64_t>(blocks, block), "block totals of a segmented scan");
   grow(device, level.heads, std::max<std::uint64_t>(blocks, block), "block heads of a segmented scan");
   if (blocks > 1) {
-    device.run_local(file, tree ? kernels.totals_trees : kernels.totals_blocks, items, local, in, heads, n,
-                     mode, level.totals, level.heads);
+    device.run_local(segmented_kernels, tree ? kernels.totals_trees : kernels.totals_blocks, items, local, in,
+                     heads, n, mode, level.totals, level.heads);
     scan_level(device, kernels, level.totals.buffer(), level.heads.buffer(), level.totals.buffer(), blocks,
                with_heads, depth + 1);
   }
-  device.run_local(file, tree ? kernels.scan_trees : kernels.scan_blocks, items, local, in, heads, n, mode,
-                   level.totals, out);
+  device.run_local(segmented_kernels, tree ? kernels.scan_trees : kernels.scan_blocks, items, local, in,
+                   heads, n, mode, level.totals, out);
 }
 
 void scan(const char* primitive, Device& device, const Kernels& kernels, const cl::Buffer& in,

@@ -11,7 +11,7 @@ namespace {
 
 using namespace primitives;
 
-constexpr const char* file = "primitives/sort.cl";
+constexpr const char* sort_kernels = "primitives/sort.cl";
 /// Longer ping-pong arrays are given back after each call.
 constexpr std::uint64_t kept_pairs = 4u << 20;
 
@@ -41,12 +41,13 @@ void radix_sort(Device& device, const cl::Buffer& keys, const cl::Buffer& values
   for (unsigned shift = 0; shift < key_bits; shift += bits) {
     const std::uint32_t mask = (1u << std::min(bits, key_bits - shift)) - 1;
     const std::uint64_t counters = std::uint64_t(blocks) * (mask + 1);
-    device.run_local(file, tree ? "sort_count_trees" : "sort_count_blocks", std::uint64_t(blocks) * local,
-                     local, *from[0], n, length, blocks, shift, mask, scratch.sort_counts);
+    device.run_local(sort_kernels, tree ? "sort_count_trees" : "sort_count_blocks",
+                     std::uint64_t(blocks) * local, local, *from[0], n, length, blocks, shift, mask,
+                     scratch.sort_counts);
     scan_passes(device, scratch.sort_counts.buffer(), scratch.sort_counts.buffer(), counters, 0);
-    device.run_local(file, tree ? "sort_move_trees" : "sort_move_blocks", std::uint64_t(blocks) * local,
-                     local, *from[0], *from[1], n, length, blocks, shift, mask, scratch.sort_counts, *to[0],
-                     *to[1]);
+    device.run_local(sort_kernels, tree ? "sort_move_trees" : "sort_move_blocks",
+                     std::uint64_t(blocks) * local, local, *from[0], *from[1], n, length, blocks, shift, mask,
+                     scratch.sort_counts, *to[0], *to[1]);
     std::swap(from[0], to[0]);
     std::swap(from[1], to[1]);
   }

@@ -3,19 +3,15 @@
 #include <memory>
 
 #include "clrad/primitives.hpp"
+#include "device/grow.hpp"
 #include "render/render.hpp"
 #include "solve/form_factor.hpp"
 
 namespace clrad {
 namespace {
 
-constexpr const char* file = "render/direct.cl";
+constexpr const char* direct_kernels = "render/direct.cl";
 constexpr std::uint64_t seed = 1;  // of the samples' places on the lights
-
-template <class ArrayType>
-void grow(ArrayType& array, Device& device, std::uint64_t count, const char* what) {
-  if (array.size() < count || !array.buffer()()) array = ArrayType(), array = ArrayType(device, count, what);
-}
 
 Shooter light_of(const Polygon& polygon, const Frame& frame, std::uint32_t plane) {
   Shooter light;
@@ -59,19 +55,19 @@ class DirectLight {
 
   void shade(const Rays& rays, const Array<std::uint32_t>& seen, Array<float>& shown) {
     grow(flags_, device_, rays.count, "lit points"), grow(lit_, device_, rays.count, "lit points");
-    device_.run(file, "start_direct", rays.count, rays.origins, rays.targets, seen, rays.count,
+    device_.run(direct_kernels, "start_direct", rays.count, rays.origins, rays.targets, seen, rays.count,
                 surfaces_.polygons, exitance_, reflectance_, bands_, shown, flags_);
     if (lights_.empty()) return;
     const std::uint32_t count = compact(device_, flags_.buffer(), rays.count, lit_.buffer());
     if (count == 0) return;
     grow(receivers_, device_, count, "lit points"), grow(active_, device_, count, "lit points");
     grow(factors_, device_, count, "lit points"), grow(column_, device_, count, "lit points");
-    device_.run(file, "place_receivers", count, rays.origins, rays.targets, seen, lit_, count,
+    device_.run(direct_kernels, "place_receivers", count, rays.origins, rays.targets, seen, lit_, count,
                 surfaces_.polygons, places_.axes, places_.planes, receivers_);
     for (std::uint32_t light = 0; light < lights_.size(); ++light) {
       find_column(lights_[light], count);
-      device_.run(file, "add_light", count, seen, lit_, count, column_, light_exitance_, light, reflectance_,
-                  bands_, shown);
+      device_.run(direct_kernels, "add_light", count, seen, lit_, count, column_, light_exitance_, light,
+                  reflectance_, bands_, shown);
     }
   }
 

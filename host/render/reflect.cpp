@@ -7,7 +7,7 @@
 namespace clrad {
 namespace {
 
-constexpr const char* file = "render/reflect.cl";
+constexpr const char* reflect_kernels = "render/reflect.cl";
 
 // One value a band of what may be left out where it is 0.
 double band_of(const std::vector<double>& values, std::uint32_t band) {
@@ -83,17 +83,18 @@ bool Reflector::send_on(const Rays& rays, const Array<std::uint32_t>& seen, std:
   // Rays from the camera have neither throughput nor starts; any buffer stands in for them.
   const RawArray& throughput = from_camera ? static_cast<const RawArray&>(shares_) : rays.throughput;
   const RawArray& start = from_camera ? static_cast<const RawArray&>(seen) : rays.start;
-  device_.run(file, "ask_for_rays", rays.count, rays.origins, seen, rays.count, surfaces_.polygons, kinds_,
-              ior_, shares_, bands_, from_camera, throughput, counts_);
+  device_.run(reflect_kernels, "ask_for_rays", rays.count, rays.origins, seen, rays.count, surfaces_.polygons,
+              kinds_, ior_, shares_, bands_, from_camera, throughput, counts_);
   allocate_into(device_, counts_.buffer(), rays.count, allocation_, "reflected and refracted rays");
   if (allocation_.total > capacity_) return false;
   next.count = allocation_.total;
   next.from_camera = false;
   if (next.count == 0) return true;
-  device_.run(file, "send_rays_on", next.count, rays.origins, rays.targets, seen, surfaces_.polygons,
-              places_.axes, places_.planes, kinds_, ior_, shares_, bands_, from_camera, throughput, box_,
-              allocation_.owner, allocation_.rank, next.count, next.origins, next.targets, next.throughput);
-  device_.run(file, "find_starts", std::uint64_t(pixels) + 1, from_camera, samples, start,
+  device_.run(reflect_kernels, "send_rays_on", next.count, rays.origins, rays.targets, seen,
+              surfaces_.polygons, places_.axes, places_.planes, kinds_, ior_, shares_, bands_, from_camera,
+              throughput, box_, allocation_.owner, allocation_.rank, next.count, next.origins, next.targets,
+              next.throughput);
+  device_.run(reflect_kernels, "find_starts", std::uint64_t(pixels) + 1, from_camera, samples, start,
               allocation_.offsets, pixels, next.start);
   return true;
 }

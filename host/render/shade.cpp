@@ -6,7 +6,7 @@
 namespace clrad {
 namespace {
 
-constexpr const char* file = "render/shade.cl";
+constexpr const char* shade_kernels = "render/shade.cl";
 
 // The quadtrees as kernels/shared/leaf.cl reads them, and what is interpolated in them.
 struct RadiosityTables {
@@ -52,8 +52,8 @@ RadiosityTables radiosity_tables(Device& device, const Solution& solution, bool 
 }  // namespace
 
 void find_seen(Device& device, const SurfaceTables& tables, const Rays& rays, Array<std::uint32_t>& seen) {
-  device.run(file, "find_seen", rays.count, rays.origins, rays.targets, seen, rays.count, tables.polygon_of,
-             tables.polygons, tables.layer_start, tables.layers);
+  device.run(shade_kernels, "find_seen", rays.count, rays.origins, rays.targets, seen, rays.count,
+             tables.polygon_of, tables.polygons, tables.layer_start, tables.layers);
 }
 
 Shading radiosity_shading(Device& device, const SurfaceTables& tables, const Solution& solution,
@@ -62,9 +62,9 @@ Shading radiosity_shading(Device& device, const SurfaceTables& tables, const Sol
   const std::uint32_t vertices = solution.vertex_count(), bands = solution.bands;
   return {[&device, &tables, own, vertices, bands](const Rays& rays, const Array<std::uint32_t>& seen,
                                                    Array<float>& shown) {
-    device.run(file, "shade_rays", rays.count, rays.origins, rays.targets, seen, rays.count, tables.polygons,
-               own->trees, own->patch_first, own->code, own->level, own->vertex, own->middle, own->edge,
-               own->radiosity, vertices, own->bend, own->edges, bands, shown);
+    device.run(shade_kernels, "shade_rays", rays.count, rays.origins, rays.targets, seen, rays.count,
+               tables.polygons, own->trees, own->patch_first, own->code, own->level, own->vertex, own->middle,
+               own->edge, own->radiosity, vertices, own->bend, own->edges, bands, shown);
   }};
 }
 
@@ -73,8 +73,8 @@ void add_to_pixels(Device& device, const Rays& rays, const Array<float>& shown, 
   // Rays from the camera have neither throughput nor starts; any buffer stands in for them.
   const RawArray& throughput = rays.from_camera ? static_cast<const RawArray&>(shown) : rays.throughput;
   const RawArray& start = rays.from_camera ? static_cast<const RawArray&>(shown) : rays.start;
-  device.run(file, "add_to_pixels", pixels, shown, std::uint32_t(rays.from_camera), throughput, start,
-             samples, pixels, bands, radiance);
+  device.run(shade_kernels, "add_to_pixels", pixels, shown, std::uint32_t(rays.from_camera), throughput,
+             start, samples, pixels, bands, radiance);
 }
 
 }  // namespace clrad

@@ -26,7 +26,7 @@ struct Plane {
   std::uint32_t id;
 };
 
-struct Facet {
+struct FittedFacet {
   glm::dvec3 normal, middle;
   double width;  // area / longest side or diagonal
 };
@@ -34,8 +34,8 @@ struct Facet {
 using Point4 = std::array<double, 4>;
 using Table = std::unordered_map<std::uint64_t, std::vector<std::uint32_t>>;
 
-Facet facet_of(const Polygon& polygon, const std::array<glm::dvec3, 4>& corner) {
-  Facet facet{polygon.normal(), glm::dvec3(0), 0};
+FittedFacet facet_of(const Polygon& polygon, const std::array<glm::dvec3, 4>& corner) {
+  FittedFacet facet{polygon.normal(), glm::dvec3(0), 0};
   double longest = 0;
   for (std::uint32_t i = 0; i < polygon.corners; ++i) {
     facet.middle += corner[i] / double(polygon.corners);
@@ -86,7 +86,7 @@ std::vector<std::uint32_t> plane_ids(const Scene& scene) {
   const std::size_t count = scene.polygons.size();
   double largest = 0;
   std::vector<std::array<glm::dvec3, 4>> corners(count);
-  std::vector<Facet> facets(count);
+  std::vector<FittedFacet> facets(count);
   for (std::size_t p = 0; p < count; ++p) {
     const Polygon& polygon = scene.polygons[p];
     for (std::uint32_t i = 0; i < polygon.corners; ++i) {
@@ -115,13 +115,13 @@ std::vector<std::uint32_t> plane_ids(const Scene& scene) {
     return level;
   };
   std::array<bool, kCell.size()> used{};
-  for (const Facet& facet : facets) used[level_of(facet.width)] = true;
+  for (const FittedFacet& facet : facets) used[level_of(facet.width)] = true;
 
   std::vector<Plane> planes;
   std::array<Table, kCell.size()> tables;  // only the used ones are filled
   std::vector<std::uint32_t> plane_of(count);
   for (const std::uint32_t p : order) {
-    const Facet& facet = facets[p];
+    const FittedFacet& facet = facets[p];
     const auto lies_in = [&](const Plane& plane) {
       for (std::uint32_t i = 0; i < scene.polygons[p].corners; ++i) {
         const glm::dvec3 d = corners[p][i] - plane.point;

@@ -85,13 +85,13 @@ class PointGrid {
 };
 
 // Corners of all polygons, those within the tolerance of each other as one.
-struct Corners {
+struct WeldedCorners {
   std::vector<glm::dvec3> point;
   std::vector<std::array<Index, 4>> of;  // per polygon
 };
 
-Corners weld(const Scene& scene, const Frame& frame, double tolerance) {
-  Corners corners;
+WeldedCorners weld(const Scene& scene, const Frame& frame, double tolerance) {
+  WeldedCorners corners;
   std::vector<glm::dvec3> all;
   std::vector<Index> first;
   for (const Polygon& p : scene.polygons) {
@@ -149,7 +149,7 @@ void add(Intervals& intervals, Index from, Index to, int times, std::span<const 
 }
 
 // Intervals that do not cancel, cut at the ends of all others of them, added up again.
-Intervals cut_open_ones(const Intervals& all, const Corners& corners, double tolerance) {
+Intervals cut_open_ones(const Intervals& all, const WeldedCorners& corners, double tolerance) {
   std::vector<Index> ends;
   for (const auto& [ab, interval] : all)
     if (interval.sum != 0) ends.push_back(ab.first), ends.push_back(ab.second);
@@ -230,8 +230,9 @@ double shared_area(const Flat& subject, const Flat& window) {
 }
 
 // Closes one connected set of open intervals by the polygons of one plane under it; false when that plane does not.
-bool close_in(const Scene& scene, const Frame& frame, const PlaneOf& plane, Index id, const Corners& corners,
-              const Intervals& open, std::span<const std::pair<Index, Index>> outline, Index surface,
+bool close_in(const Scene& scene, const Frame& frame, const PlaneOf& plane, Index id,
+              const WeldedCorners& corners, const Intervals& open,
+              std::span<const std::pair<Index, Index>> outline, Index surface,
               std::span<const Index> surface_of, double tolerance, std::vector<Fill>& fills) {
   for (const auto& [a, b] : outline)
     for (const Index v : {a, b})
@@ -265,8 +266,8 @@ bool close_in(const Scene& scene, const Frame& frame, const PlaneOf& plane, Inde
   return true;
 }
 
-std::string where(const Scene& scene, const Frame& frame, const Corners& corners, std::pair<Index, Index> ab,
-                  Index polygon) {
+std::string where(const Scene& scene, const Frame& frame, const WeldedCorners& corners,
+                  std::pair<Index, Index> ab, Index polygon) {
   const glm::dvec3 a = frame.from_frame(corners.point[ab.first]),
                    b = frame.from_frame(corners.point[ab.second]);
   return fmt::format(
@@ -287,7 +288,7 @@ double seam_tolerance(const Scene& scene, const Frame& frame) {
 Seams find_seams(const Scene& scene, const Frame& frame, std::span<const std::uint32_t> planes) {
   Seams seams;
   const double tolerance = seam_tolerance(scene, frame);
-  const Corners corners = weld(scene, frame, tolerance);
+  const WeldedCorners corners = weld(scene, frame, tolerance);
   Intervals sides;
   for (Index p = 0; p < scene.polygons.size(); ++p)
     for (Index k = 0; k < scene.polygons[p].corners; ++k)

@@ -11,9 +11,9 @@
 namespace clrad {
 namespace {
 
-constexpr const char* file = "solve/balance.cl";
+constexpr const char* balance_kernels = "solve/balance.cl";
 // Steps of one GMRES cycle: closed rooms take about ten.
-constexpr std::uint32_t steps = 40;
+constexpr std::uint32_t most_steps = 40;
 // The cycle goes on past convergence by this much, since a step is cheap against the shots before.
 constexpr double beyond = 0.01;
 // Reflectance from which what a row lacks matters more to the balance of all than to one place: an amplification of 10. Rows
@@ -68,7 +68,7 @@ std::vector<double> row_defects(SolveState& state, bool closed) {
   for (const Patch& p : state.mesh.patches) area.push_back(p.area_m2);
   const RealArray area_device(state.device, area, "patch areas");
   RealArray reciprocal(state.device, slots, "row sums");
-  state.device.run(file, "reciprocal_sums", slots, state.patch_columns, state.patch_of_slot_device,
+  state.device.run(balance_kernels, "reciprocal_sums", slots, state.patch_columns, state.patch_of_slot_device,
                    state.slot_of_patch_device, slots, area_device, reciprocal, state.patches);
   const std::vector<double> other = reciprocal.download();
   for (std::uint32_t s = 0; s < slots; ++s) {
@@ -96,7 +96,8 @@ void set_up_rows(SolveState& state) {
     state.row_scale = RealArray(state.device, state.patches, "the balance of patches");
   }
   RealArray sums(state.device, 2 * std::uint64_t(state.patches), "row sums");
-  state.device.run(file, "row_sums", state.patches, state.patch_columns, slots, sums, state.patches);
+  state.device.run(balance_kernels, "row_sums", state.patches, state.patch_columns, slots, sums,
+                   state.patches);
   const std::vector<double> halves = sums.download();
   state.row_sum.assign(state.patches, 0);
   std::vector<double> loss(count), coupling(count), scale(state.patches, 1);
@@ -153,9 +154,9 @@ void solve_kept(SolveState& state) {
   const double size = state.emitted_power / area, goal = beyond * state.options.converge * size / state.bands;
   const bool doubles = state.device.options().precision == Precision::float64;
   RealArray correction(state.device, std::uint64_t(state.bands) * state.patches, "a correction");
-  solve_by_gmres(state, state.unshot, correction, size, goal, doubles ? 1e-12 : 1e-5, steps);
-  state.device.run(file, "correct", correction.size(), correction, state.total_shot, state.total_shot_lo,
-                   state.pending, std::uint32_t(correction.size()));
+  solve_by_gmres(state, state.unshot, correction, size, goal, doubles ? 1e-12 : 1e-5, most_steps);
+  state.device.run(balance_kernels, "correct", correction.size(), correction, state.total_shot,
+                   state.total_shot_lo, state.pending, std::uint32_t(correction.size()));
   state.reshoots += state.patch_of_slot.size();
   restate(state);
 }
@@ -163,18 +164,18 @@ void solve_kept(SolveState& state) {
 void restate(SolveState& state) {
   set_up_rows(state);
   const auto stage = state.device.stage("account for what is absorbed and unshot");
-  state.device.run(file, "balance", std::uint64_t(state.patches) * state.bands, state.patch_columns,
-                   state.patch_of_slot_device, std::uint32_t(state.patch_of_slot.size()), state.total_shot,
-                   state.total_shot_lo, state.patch_emitted, state.loss, state.coupling, state.row_scale,
-                   state.patch_irradiance, state.patch_irradiance_lost, state.unshot, state.unshot_lost,
-                   state.patches, state.bands);
+  state.device.run(balance_kernels, "balance", std::uint64_t(state.patches) * state.bands,
+                   state.patch_columns, state.patch_of_slot_device, std::uint32_t(state.patch_of_slot.size()),
+                   state.total_shot, state.total_shot_lo, state.patch_emitted, state.loss, state.coupling,
+                   state.row_scale, state.patch_irradiance, state.patch_irradiance_lost, state.unshot,
+                   state.unshot_lost, state.patches, state.bands);
 }
 
 void close_vertices(SolveState& state) {
   if (!state.balanced || !state.closes_vertices) return;
   const auto stage = state.device.stage("deliver light to the vertices");
-  state.device.run(file, "close_vertices", state.vertices, state.vertex_irradiance, state.vertex_row_sum,
-                   state.covered, state.vertices, state.bands);
+  state.device.run(balance_kernels, "close_vertices", state.vertices, state.vertex_irradiance,
+                   state.vertex_row_sum, state.covered, state.vertices, state.bands);
 }
 
 void judge_rows(SolveState& state, Solution& solution) {
@@ -216,7 +217,7 @@ void judge_rows(SolveState& state, Solution& solution) {
     double area = 0;
     for (std::uint32_t p = 0; p < state.patches; ++p)
       area += state.mesh.patches[p].area_m2 * state.exposed[p];
-    const double left = solve_by_gmres(state, source, effect, wrong_power / area, 0, 1e-3, 2 * steps);
+    const double left = solve_by_gmres(state, source, effect, wrong_power / area, 0, 1e-3, 2 * most_steps);
     const std::vector<double> moved = effect.download();
     double moved_power = 0;
     for (std::size_t i = 0; i < moved.size(); ++i)

@@ -9,7 +9,7 @@
 namespace clrad {
 namespace {
 
-constexpr const char* file = "solve/form_factor.cl";
+constexpr const char* form_factor_kernels = "solve/form_factor.cl";
 
 RealArray on_device(Device& device, const Shooter& shooter) {
   return RealArray(device, shooter_record(shooter), "shooter");
@@ -56,12 +56,12 @@ std::vector<std::array<double, 2>> unit_samples(std::uint32_t n, std::uint64_t s
   std::uint32_t rows = std::uint32_t(std::sqrt(double(n)));
   while (n % rows) --rows;
   std::uint32_t columns = n / rows;
-  const bool grid = columns <= 3 * rows;
+  const bool on_grid = columns <= 3 * rows;
   if (!wide) std::swap(rows, columns);
   std::vector<std::pair<std::uint64_t, std::array<double, 2>>> keyed(n);
   for (std::uint32_t k = 0; k < n; ++k) {
     double u, v;
-    if (grid) {
+    if (on_grid) {
       u = (k % columns + random_at(seed, 2 * k)) / columns;
       const std::uint32_t row = k / columns;
       v = (row + random_at(seed, 2 * k + 1)) / rows;
@@ -150,8 +150,8 @@ std::vector<Point> stratified_samples(const Shooter& shooter, std::uint32_t n, s
 
 void facing(Device& device, const Shooter& shooter, const PointArray& receivers, std::uint32_t first,
             std::uint32_t count, Array<std::uint32_t>& flags) {
-  device.run(file, "facing", count, on_device(device, shooter), shooter.plane, receivers, flags, first,
-             count);
+  device.run(form_factor_kernels, "facing", count, on_device(device, shooter), shooter.plane, receivers,
+             flags, first, count);
 }
 
 void form_factors(Device& device, Estimator estimator, const Shooter& shooter, const PointArray& receivers,
@@ -160,11 +160,12 @@ void form_factors(Device& device, Estimator estimator, const Shooter& shooter, c
   const RealArray record = on_device(device, shooter);
   const std::uint32_t chosen = active != nullptr;
   if (estimator == Estimator::exact)
-    device.run(file, "exact_factors", count, record, shooter.plane, receivers, list_of(active, receivers),
-               chosen, factors, count);
+    device.run(form_factor_kernels, "exact_factors", count, record, shooter.plane, receivers,
+               list_of(active, receivers), chosen, factors, count);
   else
-    device.run(file, "disk_factors", count, record, shooter.plane, receivers, list_of(active, receivers),
-               chosen, samples, n, Real{disk_area(estimator, shooter, n)}, receivers, 0u, factors, 0u, count);
+    device.run(form_factor_kernels, "disk_factors", count, record, shooter.plane, receivers,
+               list_of(active, receivers), chosen, samples, n, Real{disk_area(estimator, shooter, n)},
+               receivers, 0u, factors, 0u, count);
 }
 
 void visible_factors(Device& device, VisibilityEngine& engine, Estimator estimator, const Shooter& shooter,
@@ -176,22 +177,22 @@ void visible_factors(Device& device, VisibilityEngine& engine, Estimator estimat
   const cl::Buffer& list = list_of(active, receivers);
   const std::uint32_t chosen = active != nullptr;
   if (estimator != Estimator::exact) {
-    device.run(file, "disk_factors", count, record, shooter.plane, receivers, list, chosen, samples, n,
-               Real{disk_area(estimator, shooter, n)}, masks, 1u, column, 1u, count);
+    device.run(form_factor_kernels, "disk_factors", count, record, shooter.plane, receivers, list, chosen,
+               samples, n, Real{disk_area(estimator, shooter, n)}, masks, 1u, column, 1u, count);
     return;
   }
   Array<std::uint32_t> flags(device, count, "undecided receivers"),
       undecided(device, count, "undecided receivers");
-  device.run(file, "visible_factors", count, record, receivers, list, chosen, samples, n, masks, factors,
-             column, flags, count);
+  device.run(form_factor_kernels, "visible_factors", count, record, receivers, list, chosen, samples, n,
+             masks, factors, column, flags, count);
   const std::uint32_t late = compact(device, flags.buffer(), count, undecided.buffer());
   if (late == 0) return;
   PointArray origins(device, late, "undecided receivers"), ends(device, late, "undecided receivers");
   Array<std::uint32_t> late_masks(device, late, "undecided receivers");
-  device.run(file, "aim_undecided", late, record, shooter.plane, receivers, list, chosen, undecided, origins,
-             ends, late);
+  device.run(form_factor_kernels, "aim_undecided", late, record, shooter.plane, receivers, list, chosen,
+             undecided, origins, ends, late);
   engine.occluded({&origins, nullptr, late, &ends, 0}, late_masks);
-  device.run(file, "decide", late, list, chosen, undecided, late_masks, factors, column, late);
+  device.run(form_factor_kernels, "decide", late, list, chosen, undecided, late_masks, factors, column, late);
 }
 
 }  // namespace clrad

@@ -6,7 +6,7 @@
 namespace clrad {
 namespace {
 
-constexpr const char* file = "solve/krylov.cl";
+constexpr const char* krylov_kernels = "solve/krylov.cl";
 constexpr std::uint32_t block = 1024;  // BLOCK of krylov.cl
 
 // One band's least-squares problem: the Hessenberg matrix under Givens rotations.
@@ -62,7 +62,7 @@ class Gmres {
   RealArray& vector() { return vector_; }
 
   void apply(std::uint32_t k) {
-    state_.device.run(file, "apply", size_, state_.patch_columns, state_.patch_of_slot_device,
+    state_.device.run(krylov_kernels, "apply", size_, state_.patch_columns, state_.patch_of_slot_device,
                       state_.slot_of_patch_device, std::uint32_t(state_.patch_of_slot.size()), state_.loss,
                       state_.coupling, basis_, k * size_, vector_, state_.patches, state_.bands);
   }
@@ -70,8 +70,8 @@ class Gmres {
   // [k][band] products of the first `count` vectors of `with` with the vector.
   std::vector<double> dots(const RealArray& with, std::uint32_t count) {
     const std::uint64_t sums = std::uint64_t(count) * state_.bands * blocks_;
-    state_.device.run(file, "dots", sums, with, count, vector_, weight_, partial_, blocks_, state_.patches,
-                      state_.bands);
+    state_.device.run(krylov_kernels, "dots", sums, with, count, vector_, weight_, partial_, blocks_,
+                      state_.patches, state_.bands);
     const std::vector<double> partial = partial_.download(0, sums);
     std::vector<double> result(std::size_t(count) * state_.bands, 0);
     for (std::size_t i = 0; i < partial.size(); ++i) result[i / blocks_] += partial[i];
@@ -85,12 +85,13 @@ class Gmres {
 
   void subtract(const std::vector<double>& factor, std::uint32_t count) {
     factor_.upload(factor);
-    state_.device.run(file, "subtract", size_, vector_, basis_, factor_, count, state_.patches, state_.bands);
+    state_.device.run(krylov_kernels, "subtract", size_, vector_, basis_, factor_, count, state_.patches,
+                      state_.bands);
   }
   // basis[k] = factor[band] x from.
   void scale(const RealArray& from, const std::vector<double>& factor, RealArray& to, std::uint64_t at) {
     factor_.upload(factor);
-    state_.device.run(file, "scale", size_, from, factor_, state_.slot_of_patch_device, to, at,
+    state_.device.run(krylov_kernels, "scale", size_, from, factor_, state_.slot_of_patch_device, to, at,
                       state_.patches, state_.bands);
   }
   void add_to_basis(const std::vector<double>& factor, std::uint32_t k) {
@@ -98,7 +99,8 @@ class Gmres {
   }
   void combine(const std::vector<double>& factor, std::uint32_t count, RealArray& sum) {
     factor_.upload(factor);
-    state_.device.run(file, "combine", size_, basis_, factor_, count, sum, state_.patches, state_.bands);
+    state_.device.run(krylov_kernels, "combine", size_, basis_, factor_, count, sum, state_.patches,
+                      state_.bands);
   }
   const RealArray& basis() const { return basis_; }
 

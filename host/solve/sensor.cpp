@@ -5,12 +5,13 @@
 #include <glm/geometric.hpp>
 
 #include "clrad/primitives.hpp"
+#include "device/grow.hpp"
 #include "solve/nodes.hpp"
 
 namespace clrad {
 namespace {
 
-constexpr const char* file = "solve/sensor.cl";
+constexpr const char* sensor_kernels = "solve/sensor.cl";
 // A patch closer than this many of its diameters is gathered by elements.
 constexpr double near_diameters = 6.0;
 
@@ -45,11 +46,6 @@ Frame reaching(Frame frame, const glm::dvec3& world_m) {
     if (!(std::max({p.x, p.y, p.z}) > reach)) break;
   }
   return frame;
-}
-
-template <class ArrayType>
-void grow(ArrayType& array, Device& device, std::uint64_t count, const char* what) {
-  if (array.size() < count || !array.buffer()()) array = ArrayType(), array = ArrayType(device, count, what);
 }
 
 }  // namespace
@@ -97,7 +93,7 @@ std::vector<SensorResult> gather_at_sensors(Device& device, const Solution& solu
   PointArray origins, ends;
   for (std::uint32_t first = 0; first < sensors; first += batch) {
     const std::uint32_t count = std::min(batch, sensors - first);
-    device.run(file, "sensor_nodes", std::uint64_t(count) * patches, sensor, corners, first_element,
+    device.run(sensor_kernels, "sensor_nodes", std::uint64_t(count) * patches, sensor, corners, first_element,
                brightness, Real{near_diameters * near_diameters}, counts, first, count, patches);
     const Allocation pairs =
         allocate(device, counts.buffer(), std::uint64_t(count) * patches, "pairs of sensor and node");
@@ -105,22 +101,23 @@ std::vector<SensorResult> gather_at_sensors(Device& device, const Solution& solu
         grow(weight, device, pairs.total, "pairs");
     grow(visible, device, pairs.total, "pairs"), grow(variance, device, pairs.total, "pairs"),
         grow(ray_counts, device, pairs.total, "pairs");
-    device.run(file, "sensor_factors", pairs.total, sensor, shooters, pairs.owner, pairs.rank, counts,
-               first_element, brightness, node, factor, weight, first, pairs.total, patches);
-    device.run(file, "sensor_segments", count + 1, pairs.offsets, segments, count, patches);
+    device.run(sensor_kernels, "sensor_factors", pairs.total, sensor, shooters, pairs.owner, pairs.rank,
+               counts, first_element, brightness, node, factor, weight, first, pairs.total, patches);
+    device.run(sensor_kernels, "sensor_segments", count + 1, pairs.offsets, segments, count, patches);
     segmented_reduce_sum(device, weight.buffer(), segments.buffer(), total.buffer(), count);
-    device.run(file, "sensor_ray_counts", pairs.total, pairs.owner, weight, total, float(options.sensor_rays),
-               ray_counts, pairs.total, patches);
+    device.run(sensor_kernels, "sensor_ray_counts", pairs.total, pairs.owner, weight, total,
+               float(options.sensor_rays), ray_counts, pairs.total, patches);
     const Allocation rays = allocate(device, ray_counts.buffer(), pairs.total, "rays of sensors");
     grow(origins, device, rays.total, "sensor rays"), grow(ends, device, rays.total, "sensor rays");
     grow(kernel_of, device, rays.total, "sensor rays"), grow(masks, device, rays.total, "sensor rays");
-    device.run(file, "sensor_rays", rays.total, sensor, corners, pairs.owner, node, rays.owner, rays.rank,
-               origins, ends, kernel_of, first, rays.total, patches, std::uint32_t(options.seed));
+    device.run(sensor_kernels, "sensor_rays", rays.total, sensor, corners, pairs.owner, node, rays.owner,
+               rays.rank, origins, ends, kernel_of, first, rays.total, patches, std::uint32_t(options.seed));
     engine.occluded({&origins, nullptr, rays.total, &ends, 0}, masks);
-    device.run(file, "sensor_visible", pairs.total, rays.offsets, kernel_of, masks, factor, visible, variance,
-               pairs.total);
-    device.run(file, "sensor_sum", std::uint64_t(count) * solution.bands, pairs.offsets, node, visible,
-               variance, radiosity, irradiance, error, first, count, patches, node_count, solution.bands);
+    device.run(sensor_kernels, "sensor_visible", pairs.total, rays.offsets, kernel_of, masks, factor, visible,
+               variance, pairs.total);
+    device.run(sensor_kernels, "sensor_sum", std::uint64_t(count) * solution.bands, pairs.offsets, node,
+               visible, variance, radiosity, irradiance, error, first, count, patches, node_count,
+               solution.bands);
   }
 
   const auto h = irradiance.download(), e = error.download();

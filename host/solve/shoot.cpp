@@ -1,17 +1,13 @@
 #include "solve/shoot.hpp"
 
 #include "clrad/primitives.hpp"
+#include "device/grow.hpp"
 #include "solve/shooter.hpp"
 
 namespace clrad {
 namespace {
 
 constexpr const char* deliver = "solve/deliver.cl";
-
-template <class ArrayType>
-void grow(ArrayType& array, Device& device, std::uint64_t count, const char* what) {
-  if (array.size() < count || !array.buffer()()) array = ArrayType(), array = ArrayType(device, count, what);
-}
 
 // Which receivers from `first` on the shooter's rays go to: state.active, and how many. `also` drops some more of the flags.
 std::uint32_t emit(SolveState& state, const Shooter& shooter, std::uint32_t first,

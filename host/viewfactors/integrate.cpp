@@ -10,7 +10,7 @@
 namespace clrad {
 namespace {
 
-constexpr const char* file = "viewfactors/integrate.cl";
+constexpr const char* integrate_kernels = "viewfactors/integrate.cl";
 // As in the kernel file.
 constexpr std::uint64_t cell_points = 25, piece_reals = 49, point_reals = 3, result_reals = 6;
 constexpr std::uint64_t occluder_words = 5, side_words = 4, plane_reals = 5;
@@ -18,7 +18,7 @@ constexpr std::uint64_t occluder_words = 5, side_words = 4, plane_reals = 5;
 // all is smooth.
 constexpr double unconfirmed_hidden = 0.1, unconfirmed_free = 1e-2;
 // Of the highest null rules, the least that counts as error: where something may be hidden, and where all is smooth.
-constexpr double least_hidden = 0.1, least_free = 0.02;
+constexpr double least_part_hidden = 0.1, least_part_free = 0.02;
 // Cells below this x the relative error asked for x the smaller area of the two are not looked at more closely at first.
 constexpr double negligible = 1e-3;
 constexpr std::uint64_t cells_at_once = 8192;  // without occluders
@@ -258,14 +258,14 @@ class Integration {
       {
         const auto stage = device_.stage(capacity ? "factors of points to what they see"
                                                   : "factors of points that see everything");
-        device_.run(file, "cell_points", count * cell_points, list, std::uint32_t(first),
+        device_.run(integrate_kernels, "cell_points", count * cell_points, list, std::uint32_t(first),
                     std::uint32_t(count * cell_points), on_device_.quads, on_device_.pairs,
                     on_device_.normals, on_device_.occluders, on_device_.sides, on_device_.planes,
                     on_device_.vertices, lists, stack_, capacity, points);
       }
       const auto stage = device_.stage("sum cells");
-      device_.run(file, "cell_sums", count, points, std::uint32_t(first), count,
-                  Real{capacity ? least_hidden : least_free}, results);
+      device_.run(integrate_kernels, "cell_sums", count, points, std::uint32_t(first), count,
+                  Real{capacity ? least_part_hidden : least_part_free}, results);
     }
   }
 

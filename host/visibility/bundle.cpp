@@ -7,7 +7,7 @@
 namespace clrad {
 namespace {
 
-constexpr const char* file = "visibility/bundle.cl";
+constexpr const char* bundle_kernels = "visibility/bundle.cl";
 
 const char* cut_name(std::uint32_t axis) {
   constexpr const char* names[] = {"chop rays along x", "chop rays along y", "chop rays along z"};
@@ -55,7 +55,8 @@ void BundleTracer::upload_ends(const Segments& s, const Batch& b) {
   } else {
     const std::uint32_t lanes = (b.run + width() - 1) / width() * width();
     need(device_, scratch_.to, lanes * 8ull, "ray targets");
-    device_.run(file, "bundle_targets", lanes, lanes, b.run, b.first_sample, *s.targets, scratch_.to);
+    device_.run(bundle_kernels, "bundle_targets", lanes, lanes, b.run, b.first_sample, *s.targets,
+                scratch_.to);
   }
 }
 
@@ -78,7 +79,7 @@ void BundleTracer::occluded(const Segments& s, const Batch& b, Array<std::uint32
   for (std::uint32_t wave = 0; count > 0; ++wave) {
     if (wave > 0) {
       const auto stage = device_.stage("drop blocked rays");
-      device_.run(file, "bundle_alive", bundles, bundles, wave, run_, pairs_, scratch_.needs,
+      device_.run(bundle_kernels, "bundle_alive", bundles, bundles, wave, run_, pairs_, scratch_.needs,
                   scratch_.blocked, scratch_.flags);
       count = compact(device_, scratch_.flags.buffer(), bundles, scratch_.alive.buffer());
       if (counts_waves_ && count == 0) count_wave(wave, bundles);
@@ -96,7 +97,7 @@ void BundleTracer::occluded(const Segments& s, const Batch& b, Array<std::uint32
   {
     const auto stage = device_.stage("pack visibility masks");
     const std::uint32_t words = (b.run + 31) / 32;
-    device_.run(file, "bundle_masks", b.origins * words, b.origins * words, b.first_origin,
+    device_.run(bundle_kernels, "bundle_masks", b.origins * words, b.origins * words, b.first_origin,
                 b.first_sample / 32, words, s.words_per_origin(), b.run, scratch_.blocked, masks);
   }
   rays_held_ = std::max(rays_held_, b.rays());
@@ -106,7 +107,7 @@ void BundleTracer::start_wave(std::uint32_t count, std::uint32_t wave) {
   const auto stage = device_.stage("clip rays to the grid");
   auto& p = scratch_.here;
   need_pieces(p, count, axes_.empty());
-  device_.run(file, "bundle_wave", count, count, wave > 0 ? scratch_.alive : scratch_.blocked,
+  device_.run(bundle_kernels, "bundle_wave", count, count, wave > 0 ? scratch_.alive : scratch_.blocked,
               cl_uint(wave > 0), wave, slab_, scratch_.from, scratch_.to, run_, pairs_, grid_.frame,
               grid_.first_block, axes_.empty() ? 3u : axes_[0], scratch_.blocked, scratch_.windows,
               scratch_.needs, p.bundle, p.cell, p.low, p.t, p.counts);
@@ -123,9 +124,10 @@ std::uint32_t BundleTracer::cut(std::uint32_t bundles) {
     allocate_into(device_, from.counts.buffer(), pieces, scratch_.cut, "ray pieces");
     pieces = scratch_.cut.total;
     need_pieces(to, pieces, next == 3);
-    device_.run(file, "bundle_cut", pieces, pieces, axis, next, scratch_.cut.owner, scratch_.cut.rank,
-                scratch_.from, scratch_.to, run_, pairs_, grid_.frame, grid_.first_block, scratch_.windows,
-                from.bundle, from.cell, from.low, from.t, to.bundle, to.cell, to.low, to.t, to.counts);
+    device_.run(bundle_kernels, "bundle_cut", pieces, pieces, axis, next, scratch_.cut.owner,
+                scratch_.cut.rank, scratch_.from, scratch_.to, run_, pairs_, grid_.frame, grid_.first_block,
+                scratch_.windows, from.bundle, from.cell, from.low, from.t, to.bundle, to.cell, to.low, to.t,
+                to.counts);
     std::swap(from, to);
   }
   return pieces;
@@ -136,13 +138,13 @@ void BundleTracer::test(std::uint32_t pieces, Array<std::uint64_t>& sums) {
   {
     const auto stage = device_.stage("allocate candidates");
     allocate_into(device_, p.counts.buffer(), pieces, scratch_.pairs, "candidates");
-    device_.run(file, "bundle_tally", tally_items, tally_items, pieces, p.cell, p.low, grid_.frame,
+    device_.run(bundle_kernels, "bundle_tally", tally_items, tally_items, pieces, p.cell, p.low, grid_.frame,
                 grid_.held, sums);
   }
   const auto stage = device_.stage("intersect rays with candidates");
   const std::uint32_t slots = scratch_.pairs.total;
-  device_.run(file, "bundle_test", slots, slots, scratch_.pairs.owner, scratch_.pairs.rank, p.bundle, p.cell,
-              p.low, grid_.frame, grid_.first_block, packets_, grid_.lanes, packet_planes_,
+  device_.run(bundle_kernels, "bundle_test", slots, slots, scratch_.pairs.owner, scratch_.pairs.rank,
+              p.bundle, p.cell, p.low, grid_.frame, grid_.first_block, packets_, grid_.lanes, packet_planes_,
               occluders_.triangles, scratch_.from, scratch_.to, run_, pairs_, scratch_.blocked, sums,
               tally_items);
 }

@@ -17,7 +17,7 @@
 namespace clrad {
 namespace {
 
-constexpr const char* file = "visibility/chop.cl";
+constexpr const char* chop_kernels = "visibility/chop.cl";
 constexpr std::uint32_t tally_items = BundleTracer::tally_items;
 
 /// Cells in the first wave of grids that would take more than two (in others waves save less than their launches
@@ -57,8 +57,8 @@ class Chop final : public ChopEngine {
         batch_sums_(device, 3 * tally_items, "visibility counts of a batch"),
         bundles_(device, occluders_, grid_, packets_, packet_planes_, slab_of(grid_, options)) {
     const std::uint32_t lanes = grid_.blocks * grid_.width;
-    device_.run(file, "chop_packets", lanes, lanes, grid_.lanes, occluders_.triangles, occluders_.facets,
-                packets_, packet_planes_);
+    device_.run(chop_kernels, "chop_packets", lanes, lanes, grid_.lanes, occluders_.triangles,
+                occluders_.facets, packets_, packet_planes_);
     sums_.fill_zero();
     for (std::uint32_t a = 0; a < 3; ++a)
       if (grid_.cells[a] > 1) axes_.push_back(a);
@@ -82,8 +82,8 @@ class Chop final : public ChopEngine {
       const auto stage = device_.stage("nearest hit of each ray");
       const std::uint64_t first =
           std::uint64_t(b.first_origin) * (s.samples ? s.samples : 1) + b.first_sample;
-      device_.run(file, "chop_results", b.rays(), b.rays(), first, scratch_.ray_t, scratch_.ray_triangle,
-                  occluders_.input_index, triangle, t);
+      device_.run(chop_kernels, "chop_results", b.rays(), b.rays(), first, scratch_.ray_t,
+                  scratch_.ray_triangle, occluders_.input_index, triangle, t);
     });
   }
 
@@ -190,7 +190,7 @@ class Chop final : public ChopEngine {
       try {
         batch_sums_.fill_zero();
         body(b);
-        device_.run(file, "chop_fold", 3 * tally_items, 3 * tally_items, batch_sums_, sums_);
+        device_.run(chop_kernels, "chop_fold", 3 * tally_items, 3 * tally_items, batch_sums_, sums_);
       } catch (const MemoryError& e) {
         trouble = e.what();
       } catch (const UsageError& e) {  // more pieces or pairs than 32 bits can number
@@ -243,12 +243,13 @@ class Chop final : public ChopEngine {
       const std::uint32_t ends = pairs_ ? rays : b.run;
       need(scratch_.from, b.origins * 8ull, "ray origins");
       need(scratch_.to, ends * 8ull, "ray targets");
-      device_.run(file, "chop_ends", b.origins, b.origins, b.first_origin, *s.origins, active,
+      device_.run(chop_kernels, "chop_ends", b.origins, b.origins, b.first_origin, *s.origins, active,
                   cl_uint(s.active != nullptr), scratch_.from);
-      device_.run(file, "chop_ends", ends, ends, pairs_ ? b.first_origin : b.first_sample, *s.targets, active,
-                  cl_uint(pairs_ && s.active != nullptr), scratch_.to);
-      device_.run(file, "chop_rays", rays, rays, scratch_.from, scratch_.to, run_, pairs_, grid_.frame,
-                  grid_.first_block, axes_.empty() ? 3u : axes_[0], p.ray, p.cell, p.t0, p.t1, p.counts);
+      device_.run(chop_kernels, "chop_ends", ends, ends, pairs_ ? b.first_origin : b.first_sample, *s.targets,
+                  active, cl_uint(pairs_ && s.active != nullptr), scratch_.to);
+      device_.run(chop_kernels, "chop_rays", rays, rays, scratch_.from, scratch_.to, run_, pairs_,
+                  grid_.frame, grid_.first_block, axes_.empty() ? 3u : axes_[0], p.ray, p.cell, p.t0, p.t1,
+                  p.counts);
     }
     if (grid_.blocks == 0) return;
     const std::uint32_t pieces = cut(rays);
@@ -276,9 +277,10 @@ class Chop final : public ChopEngine {
       const std::uint32_t total = scratch_.cut.total;
       auto &from = scratch_.here, &to = scratch_.there;
       need_pieces(to, total);
-      device_.run(file, "chop_cut", total, total, axis, next, scratch_.cut.offsets, scratch_.cut.owner,
-                  scratch_.cut.rank, grid_.frame, grid_.first_block, scratch_.from, scratch_.to, run_, pairs_,
-                  from.ray, from.cell, from.t0, from.t1, to.ray, to.cell, to.t0, to.t1, to.counts);
+      device_.run(chop_kernels, "chop_cut", total, total, axis, next, scratch_.cut.offsets,
+                  scratch_.cut.owner, scratch_.cut.rank, grid_.frame, grid_.first_block, scratch_.from,
+                  scratch_.to, run_, pairs_, from.ray, from.cell, from.t0, from.t1, to.ray, to.cell, to.t0,
+                  to.t1, to.counts);
       std::swap(from, to);
       pieces = total;
     }
@@ -291,7 +293,7 @@ class Chop final : public ChopEngine {
     if (first)
       device_.copy(offsets.buffer(), scratch_.positions.buffer(), (rays + 1ull) * 4);
     else
-      device_.run(file, "chop_follow", rays + 1, rays + 1, offsets, scratch_.positions);
+      device_.run(chop_kernels, "chop_follow", rays + 1, rays + 1, offsets, scratch_.positions);
   }
 
   void test(std::uint32_t rays, std::uint32_t pieces) {
@@ -299,7 +301,7 @@ class Chop final : public ChopEngine {
     {
       const auto stage = device_.stage("allocate candidates");
       allocate_into(device_, p.counts.buffer(), pieces, scratch_.pairs, "candidates");
-      device_.run(file, "chop_tally_candidates", tally_items, tally_items, pieces, p.cell, p.t0, p.t1,
+      device_.run(chop_kernels, "chop_tally_candidates", tally_items, tally_items, pieces, p.cell, p.t0, p.t1,
                   p.counts, grid_.frame, grid_.held, batch_sums_);
     }
     const std::uint32_t slots = scratch_.pairs.total;
@@ -311,7 +313,7 @@ class Chop final : public ChopEngine {
     need(scratch_.slot_triangle, slots, "candidate triangles");
     {
       const auto stage = device_.stage("intersect rays with candidates");
-      device_.run(file, "chop_test_nearest", slots, slots, owner, rank, p.ray, p.cell, grid_.frame,
+      device_.run(chop_kernels, "chop_test_nearest", slots, slots, owner, rank, p.ray, p.cell, grid_.frame,
                   grid_.first_block, packets_, grid_.lanes, packet_planes_, occluders_.triangles,
                   occluders_.facets, scratch_.from, scratch_.to, run_, pairs_, scratch_.slot_t,
                   scratch_.slot_triangle, scratch_.doubt);
@@ -319,13 +321,13 @@ class Chop final : public ChopEngine {
     {
       const auto stage = device_.stage("decide close candidates exactly");
       const std::uint32_t n = compact(device_, scratch_.doubt.buffer(), slots, scratch_.doubtful.buffer());
-      device_.run(file, "chop_exact_nearest", n, n, scratch_.doubtful, owner, rank, p.ray, p.cell,
+      device_.run(chop_kernels, "chop_exact_nearest", n, n, scratch_.doubtful, owner, rank, p.ray, p.cell,
                   grid_.frame, grid_.first_block, grid_.lanes, occluders_.triangles, occluders_.facets,
                   scratch_.from, scratch_.to, run_, pairs_, scratch_.doubt, scratch_.slot_t,
                   scratch_.slot_triangle);
       if (n)
-        device_.run(file, "chop_tally_exact", tally_items, tally_items, n, scratch_.doubtful, scratch_.doubt,
-                    batch_sums_);
+        device_.run(chop_kernels, "chop_tally_exact", tally_items, tally_items, n, scratch_.doubtful,
+                    scratch_.doubt, batch_sums_);
     }
     const auto stage = device_.stage("nearest hit of each ray");
     follow(rays, axes_.empty(), scratch_.pairs.offsets);
@@ -333,7 +335,7 @@ class Chop final : public ChopEngine {
     need(scratch_.at, rays, "least positions");
     segmented_reduce_min(device_, scratch_.slot_t.buffer(), scratch_.positions.buffer(),
                          scratch_.least.buffer(), scratch_.at.buffer(), rays);
-    device_.run(file, "chop_nearest", rays, rays, scratch_.positions, scratch_.least, scratch_.at,
+    device_.run(chop_kernels, "chop_nearest", rays, rays, scratch_.positions, scratch_.least, scratch_.at,
                 scratch_.slot_t, scratch_.slot_triangle, scratch_.ray_t, scratch_.ray_triangle);
   }
 };

@@ -12,7 +12,7 @@
 namespace clrad {
 namespace {
 
-constexpr const char* file = "visibility/grid.cl";
+constexpr const char* grid_kernels = "visibility/grid.cl";
 constexpr double pad = 0x1p-16;  // CLRAD_VOXEL_PAD
 constexpr std::uint32_t most_cells = 1024;
 
@@ -59,17 +59,17 @@ Grid::Lists Grid::overlaps(Device& device, const Occluders& occluders, Cells res
   l.cells = resolution;
   l.frame = Array<float>(device, make_frame(occluders, resolution), "grid frame");
   Array<std::uint32_t> counts(device, std::max(n, 1u), "grid counts");
-  device.run(file, "grid_ranges", n, n, occluders.triangles, l.frame, counts);
+  device.run(grid_kernels, "grid_ranges", n, n, occluders.triangles, l.frame, counts);
   l.slots = allocate(device, counts.buffer(), n, "grid slots");
   const std::uint32_t slots = l.slots.total;
   l.flags = Array<std::uint32_t>(device, std::max(slots, 1u), "grid overlap flags");
   l.voxel = Array<std::uint32_t>(device, std::max(slots, 1u), "grid voxel numbers");
   l.held = Array<std::uint32_t>(device, count, "grid voxel counts");
   l.held.fill_zero();
-  device.run(file, "grid_overlap", slots, slots, occluders.triangles, l.frame, l.slots.owner, l.slots.rank,
-             l.flags, l.voxel, l.held);
+  device.run(grid_kernels, "grid_overlap", slots, slots, occluders.triangles, l.frame, l.slots.owner,
+             l.slots.rank, l.flags, l.voxel, l.held);
   l.first_block = Array<std::uint32_t>(device, count + 1, "grid list starts");
-  device.run(file, "grid_blocks", count + 1, count + 1, count, l.held, l.first_block);
+  device.run(grid_kernels, "grid_blocks", count + 1, count + 1, count, l.held, l.first_block);
   scan_uint(device, Sum::exclusive, l.first_block.buffer(), l.first_block.buffer(), count + 1);
   l.blocks = l.first_block.at(count);
   return l;
@@ -88,7 +88,7 @@ void Grid::sort(Device& device, Lists l) {
   l.flags = {};
   Array<std::uint32_t> keys(device, std::max(pairs, 1u), "grid pair voxels");
   Array<std::uint32_t> values(device, std::max(pairs, 1u), "grid pair triangles");
-  device.run(file, "grid_pairs", pairs, pairs, picked, l.voxel, l.slots.owner, keys, values);
+  device.run(grid_kernels, "grid_pairs", pairs, pairs, picked, l.voxel, l.slots.owner, keys, values);
   picked = {};
   l.voxel = {};
   l.slots = {};
@@ -98,11 +98,11 @@ void Grid::sort(Device& device, Lists l) {
   Array<std::uint32_t> first(device, count, "grid pair starts");
   scan_uint(device, Sum::exclusive, held.buffer(), first.buffer(), count);
   Array<std::uint32_t> wanted(device, count, "grid block counts");
-  device.run(file, "grid_blocks", count, count, count, held, wanted);
+  device.run(grid_kernels, "grid_blocks", count, count, count, held, wanted);
   const auto owners = allocate(device, wanted.buffer(), count, "grid blocks");
   const std::uint32_t n = blocks * width;
   lanes = Array<std::uint32_t>(device, std::max(n, 1u), "grid lists");
-  device.run(file, "grid_lanes", n, n, owners.owner, owners.rank, held, first, values, lanes);
+  device.run(grid_kernels, "grid_lanes", n, n, owners.owner, owners.rank, held, first, values, lanes);
   device.finish();
 }
 

@@ -10,7 +10,7 @@ namespace clrad {
 
 namespace {
 
-constexpr char file[] = "visibility/serial.cl";
+constexpr const char* serial_kernels = "visibility/serial.cl";
 // Below this many the samples take the lanes, if there are more of them: the widest packet.
 constexpr std::uint32_t few_origins = 16;
 
@@ -42,10 +42,10 @@ class Serial final : public VisibilityEngine {
     if (triangle.size() < segments.count() || t.size() < segments.count())
       throw UsageError("the arrays of nearest hits are smaller than the segments need");
     const std::uint64_t packets = (segments.count() + width() - 1) / width();
-    device_.run_local(file, "serial_closest", packets, local(), segments.origins->buffer(), active(segments),
-                      use_active(segments), segments.count(), segments.targets->buffer(), segments.samples,
-                      occluders_.triangles, occluders_.facets, occluders_.count, occluders_.input_index,
-                      triangle, t, exact_);
+    device_.run_local(serial_kernels, "serial_closest", packets, local(), segments.origins->buffer(),
+                      active(segments), use_active(segments), segments.count(), segments.targets->buffer(),
+                      segments.samples, occluders_.triangles, occluders_.facets, occluders_.count,
+                      occluders_.input_index, triangle, t, exact_);
     count(segments);
   }
 
@@ -81,15 +81,15 @@ class Serial final : public VisibilityEngine {
   }
 
   void merge(std::uint32_t words, std::uint32_t ranges, Array<std::uint32_t>& masks) {
-    device_.run(file, "serial_merge", words, words, ranges, parts_, masks);
+    device_.run(serial_kernels, "serial_merge", words, words, ranges, parts_, masks);
   }
 
   void occluded_pairs(const Segments& s, Array<std::uint32_t>& masks) {
     const std::uint64_t items = tiles(s.origin_count);
     const std::uint32_t runs = ranges(s);
     auto& out = runs == 1 ? masks : parts(std::uint64_t(runs) * s.origin_count);
-    device_.run_local(file, "serial_occluded_pairs", items * runs, local(), s.origins->buffer(), active(s),
-                      use_active(s), s.origin_count, s.targets->buffer(), occluders_.triangles,
+    device_.run_local(serial_kernels, "serial_occluded_pairs", items * runs, local(), s.origins->buffer(),
+                      active(s), use_active(s), s.origin_count, s.targets->buffer(), occluders_.triangles,
                       occluders_.facets, occluders_.count, runs, out, exact_);
     if (runs > 1) merge(s.origin_count, runs, masks);
   }
@@ -99,9 +99,10 @@ class Serial final : public VisibilityEngine {
     const std::uint64_t items = tiles(s.origin_count) * words;
     const std::uint32_t runs = ranges(s);
     auto& out = runs == 1 ? masks : parts(std::uint64_t(runs) * s.origin_count * words);
-    device_.run_local(file, "serial_occluded", items * runs, local(), s.origins->buffer(), active(s),
-                      use_active(s), s.origin_count, s.targets->buffer(), s.targets->buffer(), 0u, s.samples,
-                      words, occluders_.triangles, occluders_.facets, occluders_.count, runs, out, exact_);
+    device_.run_local(serial_kernels, "serial_occluded", items * runs, local(), s.origins->buffer(),
+                      active(s), use_active(s), s.origin_count, s.targets->buffer(), s.targets->buffer(), 0u,
+                      s.samples, words, occluders_.triangles, occluders_.facets, occluders_.count, runs, out,
+                      exact_);
     if (runs > 1) merge(s.origin_count * words, runs, masks);
   }
 
@@ -111,11 +112,12 @@ class Serial final : public VisibilityEngine {
     const std::uint64_t items = tiles(s.samples) * origin_words;
     const std::uint32_t runs = ranges(s), count = s.origin_count * words;
     auto& out = parts(std::uint64_t(runs) * s.samples * origin_words);
-    device_.run_local(file, "serial_occluded", items * runs, local(), s.targets->buffer(),
+    device_.run_local(serial_kernels, "serial_occluded", items * runs, local(), s.targets->buffer(),
                       s.targets->buffer(), 0u, s.samples, s.origins->buffer(), active(s), use_active(s),
                       s.origin_count, origin_words, occluders_.triangles, occluders_.facets, occluders_.count,
                       runs, out, exact_);
-    device_.run(file, "serial_merge_turned", count, count, runs, s.samples, words, origin_words, out, masks);
+    device_.run(serial_kernels, "serial_merge_turned", count, count, runs, s.samples, words, origin_words,
+                out, masks);
   }
 
   // A work-item already fills the vector unit, and goes over all triangles: on a CPU groups of one spread

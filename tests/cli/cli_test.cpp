@@ -13,10 +13,11 @@
 namespace {
 
 namespace fs = std::filesystem;
+using clrad::test::furnace;
 
 class Cli : public clrad::test::Program {};
 
-const std::string furnace = CLRAD_SCENES "/furnace.obj", cornell = CLRAD_SCENES "/cornell.obj";
+const std::string cornell = CLRAD_SCENES "/cornell.obj";
 
 TEST_F(Cli, SolveWritesPictureModelAndReport) {
   write("points.pts", "# a sensor in the middle\n0.5 0.5 0.5 0 0 1\n");

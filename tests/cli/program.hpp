@@ -13,6 +13,8 @@
 
 namespace clrad::test {
 
+inline const std::string furnace = CLRAD_SCENES "/furnace.obj";
+
 class Program : public testing::Test {
  protected:
   void SetUp() override {

@@ -15,7 +15,9 @@ namespace {
 
 class CliViewFactors : public clrad::test::Program {};
 
-const std::string furnace = CLRAD_SCENES "/furnace.obj", room = CLRAD_SCENES "/block_room.obj";
+using clrad::test::furnace;
+
+const std::string room = CLRAD_SCENES "/block_room.obj";
 
 TEST_F(CliViewFactors, WritesMatrixAndReport) {
   const auto r = run({"viewfactors", furnace, "-o", path("cube.mtx")});

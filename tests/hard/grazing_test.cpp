@@ -21,8 +21,8 @@ using oracle::Quad;
 using test::Corners;
 using test::HardCase;
 using test::ObjScene;
+using test::precisions;
 
-constexpr Precision precisions[] = {Precision::float32, Precision::float64};
 constexpr double factor_tolerance[] = {1e-5, 2e-12};
 const double normal_error[] = {std::sqrt(3.0) * 0x1p-25, 4 * 0x1p-53};
 const double place_error[] = {4 * 0x1p-49, 8 * 0x1p-53};

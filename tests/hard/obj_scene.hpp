@@ -16,6 +16,8 @@
 
 namespace clrad::test {
 
+inline constexpr Precision precisions[] = {Precision::float32, Precision::float64};
+
 using Corners = std::vector<glm::dvec3>;
 
 /// The cases of a reference file; by value, so that a range-for may begin with it.

@@ -19,11 +19,10 @@ using test::corners_of;
 using test::HardCase;
 using test::irradiance;
 using test::ObjScene;
+using test::precisions;
 
 constexpr double tolerance[] = {1e-5, 2e-12};
 const double horizon[] = {0x1p-44, 0x1p-98};
-constexpr Precision precisions[] = {Precision::float32, Precision::float64};
-
 struct Question {
   std::string id;
   Corners polygon;

@@ -19,7 +19,7 @@ using test::ObjScene;
 
 constexpr double exact_tolerance = 1e-5;  // of a factor in float, see point_factors_test.cpp
 
-struct Question {
+struct OccludedQuestion {
   std::string id;
   ObjScene scene;
   Corners lamp;
@@ -28,8 +28,8 @@ struct Question {
   std::size_t border_edges = 0;  // straight lines that can be a shadow's border on the lamp
 };
 
-Question question_of(const oracle::json& c, std::uint32_t rays) {
-  Question q;
+OccludedQuestion question_of(const oracle::json& c, std::uint32_t rays) {
+  OccludedQuestion q;
   q.id = c["id"];
   q.lamp = corners_of(c["light"]);
   q.scene.lamp(q.lamp);
@@ -54,7 +54,7 @@ Question question_of(const oracle::json& c, std::uint32_t rays) {
 // over the mean weight in the element, for which 2 is allowed (elements are small next to their distance; checked: the
 // largest ratio of neighbours' factors). Evenly spread rays err less than independent ones, and for these Hoeffding's
 // inequality bounds the error by sqrt(ln(2 / delta) / 2 x sum (2 f_k / m)^2 x m), delta = 1e-9.
-double allowed_by_sampling(const Question& q, const Sensor& at) {
+double allowed_by_sampling(const OccludedQuestion& q, const Sensor& at) {
   const unsigned n = q.elements;
   const bool triangle = q.lamp.size() == 3;
   const glm::dvec3 o = q.lamp[0], u = q.lamp[1] - o, v = q.lamp.back() - o;
@@ -81,7 +81,7 @@ double allowed_by_sampling(const Question& q, const Sensor& at) {
   return std::sqrt(0.5 * std::log(2 / 1e-9) * squares);
 }
 
-void judge(HardCase& sampled, HardCase& exact, const oracle::json& c, const Question& q,
+void judge(HardCase& sampled, HardCase& exact, const oracle::json& c, const OccludedQuestion& q,
            const std::vector<double>& got, const std::string& how) {
   ASSERT_EQ(got.size(), c["receivers"].size()) << q.id;
   for (std::size_t i = 0; i < got.size(); ++i) {
@@ -106,7 +106,7 @@ TEST(HardVisibleLight, PenumbraUmbraContactAndPartition) {
             "Light leaks under a wall that stands on the floor; a receiver in a wall's plane is dark or NaN");
   Device device;
   for (const auto& c : test::cases_of("b_visible_light.json")) {
-    const Question q = question_of(c, 65536);
+    const OccludedQuestion q = question_of(c, 65536);
     judge(sampled, exact, c, q, irradiance(device, q.scene.load(), q.options), "");
   }
 }
@@ -119,7 +119,7 @@ TEST(HardVisibleLight, ThroughTheCommandLine) {
   for (const auto& c : test::cases_of("b_visible_light.json")) {
     ++number;
     if (!test::long_tests() && number != 3 && number != 8) continue;  // the 2 km knife edge; contact
-    const Question q = question_of(c, 8192);
+    const OccludedQuestion q = question_of(c, 8192);
     for (const char* engine : {"serial", "chop"})
       judge(sampled, exact, c, q, test::command_line_irradiance(q.scene, q.options, {"--engine", engine}),
             fmt::format(", {}", engine));
@@ -155,7 +155,7 @@ TEST(HardVisibleLight, DuplicateOccluders) {
   const auto data = oracle::reference("d_hard_cases.json");
   const auto& c = oracle::reference_case(data, "D-dup-occluder");
   const Corners occluder = corners_of(c["occluder"]);
-  Question q;
+  OccludedQuestion q;
   q.id = "duplicates", q.lamp = corners_of(c["light"]), q.border_edges = 4, q.elements = 16;
   const Sensor sensor{oracle::vec(c["point"]), oracle::vec(c["normal"])};
   q.options = test::lamp_options(1, 16, {sensor});

@@ -17,15 +17,15 @@
 namespace clrad {
 namespace {
 
-struct Subject {
+struct UnsplitSubject {
   Scene scene;
   Frame frame;
   Mesh mesh;
 };
 
 // A square, a kite (not a parallelogram) and a triangle, cut into several patches of several elements.
-Subject subject() {
-  Subject s;
+UnsplitSubject unsplit_subject() {
+  UnsplitSubject s;
   s.scene = test::scene({test::polygon({{0, 0, 0}, {2, 0, 0}, {2, 2, 0}, {0, 2, 0}}),
                          test::polygon({{0, 0, 1}, {2, 0, 1}, {1.5, 1.5, 1}, {0, 1, 1}}),
                          test::polygon({{0, 0, 2}, {2, 0, 2}, {0, 1.5, 2}})});
@@ -35,7 +35,7 @@ Subject subject() {
 }
 
 // Splits a random third of the elements, `rounds` times.
-void split_at_random(Device& device, Subject& s, int rounds, unsigned seed) {
+void split_at_random(Device& device, UnsplitSubject& s, int rounds, unsigned seed) {
   std::mt19937 random(seed);
   for (int round = 0; round < rounds; ++round) {
     std::vector<std::uint32_t> split(s.mesh.elements.size());
@@ -50,7 +50,7 @@ std::uint32_t corners_of(const Element& e) {
 
 TEST(Subdivide, ElementsCoverTheirPatchesInDepthFirstOrder) {
   Device device;
-  Subject s = subject();
+  UnsplitSubject s = unsplit_subject();
   split_at_random(device, s, 4, 1);
   std::uint32_t next = 0;
   for (std::uint32_t p = 0; p < s.mesh.patches.size(); ++p) {
@@ -81,7 +81,7 @@ TEST(Subdivide, ElementsCoverTheirPatchesInDepthFirstOrder) {
 
 TEST(Subdivide, EveryPlaceHasOneVertexAndEveryVertexIsWhereItsParentsSay) {
   Device device;
-  Subject s = subject();
+  UnsplitSubject s = unsplit_subject();
   const std::uint32_t before = s.mesh.vertex_count();
   split_at_random(device, s, 4, 2);
   ASSERT_GT(s.mesh.vertex_count(), before);
@@ -114,10 +114,10 @@ TEST(Subdivide, EveryPlaceHasOneVertexAndEveryVertexIsWhereItsParentsSay) {
 
 TEST(Subdivide, NeighboursDifferByOneLevelAndTheirEdgesKnowTheVertexBetween) {
   Device device;
-  Subject s = subject();
+  UnsplitSubject s = unsplit_subject();
   split_at_random(device, s, 5, 3);
-  using Place = std::array<std::uint32_t, 3>;
-  std::map<Place, std::uint32_t> at;
+  using LatticePlace = std::array<std::uint32_t, 3>;
+  std::map<LatticePlace, std::uint32_t> at;
   for (std::uint32_t v = 0; v < s.mesh.vertex_count(); ++v)
     at[{s.mesh.receivers[v].surface, s.mesh.lattice[v][0], s.mesh.lattice[v][1]}] = v;
   std::size_t middles = 0;
@@ -140,7 +140,7 @@ TEST(Subdivide, NeighboursDifferByOneLevelAndTheirEdgesKnowTheVertexBetween) {
 
 TEST(Subdivide, SplittingEverythingGivesTheFinerRegularMesh) {
   Device device;
-  Subject s = subject();
+  UnsplitSubject s = unsplit_subject();
   const Mesh fine =
       build_mesh(s.scene, s.frame, plane_ids(s.scene), {.patch_edge_m = 1.1, .element_edge_m = 0.3});
   subdivide(device, s.scene, s.frame, s.mesh, std::vector<std::uint32_t>(s.mesh.elements.size(), 1));
@@ -159,7 +159,7 @@ TEST(Subdivide, SplittingEverythingGivesTheFinerRegularMesh) {
 
 TEST(Subdivide, NewVerticesFollowMortonOrderWithinAPolygon) {
   Device device;
-  Subject s = subject();
+  UnsplitSubject s = unsplit_subject();
   const Subdivision done =
       subdivide(device, s.scene, s.frame, s.mesh, std::vector<std::uint32_t>(s.mesh.elements.size(), 1));
   const auto morton = [](std::uint32_t i, std::uint32_t j) {
@@ -178,7 +178,7 @@ TEST(Subdivide, NewVerticesFollowMortonOrderWithinAPolygon) {
 
 TEST(Subdivide, NothingWantedChangesNothing) {
   Device device;
-  Subject s = subject();
+  UnsplitSubject s = unsplit_subject();
   const Mesh before = s.mesh;
   const Subdivision done =
       subdivide(device, s.scene, s.frame, s.mesh, std::vector<std::uint32_t>(s.mesh.elements.size(), 0));

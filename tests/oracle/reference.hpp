@@ -1,6 +1,9 @@
 // Scenes and answers of tests/data/reference, as clrad's types.
 #pragma once
+#include <algorithm>
+#include <cmath>
 #include <fstream>
+#include <glm/common.hpp>
 #include <glm/vec3.hpp>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
@@ -73,6 +76,20 @@ inline Scene box_scene(const glm::dvec3& size, const std::vector<double>& rho,
     scene.polygons.push_back(p);
   }
   return scene;
+}
+
+/// A room of 4 m with a block in it; its vertices' irradiance is known to six digits or better.
+inline Scene block_room() {
+  return scene_of(reference_case(reference("c_scenes_with_occlusion.json"), "C-block-room-1").at("scene"));
+}
+
+/// Longest side of the box around a scene, in metres.
+inline double extent_of(const Scene& scene) {
+  glm::dvec3 low(INFINITY), high(-INFINITY);
+  for (const Polygon& p : scene.polygons)
+    for (std::uint32_t k = 0; k < p.corners; ++k)
+      low = glm::min(low, p.corner[k]), high = glm::max(high, p.corner[k]);
+  return std::max({high.x - low.x, high.y - low.y, high.z - low.z});
 }
 
 }  // namespace clrad::oracle

@@ -16,18 +16,18 @@ using Json = nlohmann::json;
 
 // Paths of the numbers that are not finite, which JSON writes as null. By null these say that they are unknown: the
 // total of the error, effects, and what rows of the linear system that were not all traced, or have no defect, amplify.
-void find_nulls(const Json& json, const std::string& path, std::vector<std::string>& found) {
-  if (json.is_null() && !path.starts_with("/closure/") && !path.ends_with("/total_relative") &&
+void find_nulls(const Json& value, const std::string& path, std::vector<std::string>& found) {
+  if (value.is_null() && !path.starts_with("/closure/") && !path.ends_with("/total_relative") &&
       !path.ends_with("/skip_error_relative"))
     found.push_back(path);
-  if (json.is_object())
-    for (const auto& [key, value] : json.items()) find_nulls(value, path + "/" + key, found);
-  if (json.is_array())
-    for (const auto& value : json) find_nulls(value, path + "/", found);
+  if (value.is_object())
+    for (const auto& [key, part] : value.items()) find_nulls(part, path + "/" + key, found);
+  if (value.is_array())
+    for (const auto& part : value) find_nulls(part, path + "/", found);
 }
-std::vector<std::string> nulls(const Json& json) {
+std::vector<std::string> nulls(const Json& value) {
   std::vector<std::string> found;
-  find_nulls(json, "", found);
+  find_nulls(value, "", found);
   return found;
 }
 
@@ -47,13 +47,13 @@ std::pair<std::size_t, std::size_t> count(const char* data, std::size_t bytes) {
 void expect_finite_glb(const std::string& file) {
   std::uint32_t length = 0;
   std::memcpy(&length, file.data() + 12, 4);
-  const Json json = Json::parse(file.substr(20, length));
-  EXPECT_EQ(nulls(json), std::vector<std::string>());
+  const Json root = Json::parse(file.substr(20, length));
+  EXPECT_EQ(nulls(root), std::vector<std::string>());
   const char* binary = file.data() + 20 + length + 8;
   std::size_t numbers = 0;
-  for (const auto& accessor : json.at("accessors")) {
+  for (const auto& accessor : root.at("accessors")) {
     if (accessor.at("componentType") != 5126) continue;
-    const Json& view = json.at("bufferViews").at(accessor.at("bufferView").get<std::size_t>());
+    const Json& view = root.at("bufferViews").at(accessor.at("bufferView").get<std::size_t>());
     const std::size_t offset = view.value("byteOffset", 0), bytes = view.at("byteLength");
     ASSERT_LE(20 + length + 8 + offset + bytes, file.size());
     const auto [all, bad] = count<float>(binary + offset, bytes);

@@ -134,7 +134,7 @@ Uints random_uints(std::uint64_t n, std::mt19937& random) {
   return values;
 }
 
-Floats random_floats(std::uint64_t n, std::mt19937& random, bool special) {
+Floats floats_of_any_size(std::uint64_t n, std::mt19937& random, bool special) {
   Floats values(n);
   for (auto& v : values) {
     v = float(int(random() % 20001) - 10000) * 1.1f;
@@ -162,7 +162,7 @@ TEST(SegmentedScan, FloatEverySizeShapeAndWorkGroup) {
   std::mt19937 random(seed());
   for (const Way& way : ways())
     for (const std::uint64_t n : sizes())
-      expect_float(way, random_floats(n, random, n % 3 == 0), random_heads(n, n % 2 ? 7 : 1500, random));
+      expect_float(way, floats_of_any_size(n, random, n % 3 == 0), random_heads(n, n % 2 ? 7 : 1500, random));
 }
 
 // No head at all (element 0 counts as one), all heads, the last element only, and one at each limit of the
@@ -172,7 +172,7 @@ TEST(SegmentedScan, HeadsInSpecialPlaces) {
   for (const Way& way : ways())
     for (const std::uint64_t n : {17ull, 1025ull, 5000ull, 70001ull}) {
       const Uints in = random_uints(n, random);
-      const Floats floats = random_floats(n, random, false);
+      const Floats floats = floats_of_any_size(n, random, false);
       std::vector<Uints> cases{Uints(n, 0), Uints(n, 1)};
       for (const std::uint64_t at : {n - 1, std::uint64_t(15), std::uint64_t(16), std::uint64_t(1023),
                                      std::uint64_t(1024), std::uint64_t(65536)}) {
@@ -238,7 +238,7 @@ Floats exclusive_oracle(const Floats& in) {
 TEST(ScanFloat, EverySizeShapeAndWorkGroup) {
   std::mt19937 random(seed());
   for (const std::uint64_t n : sizes()) {
-    const Floats in = random_floats(n, random, n % 5 == 0);
+    const Floats in = floats_of_any_size(n, random, n % 5 == 0);
     const Floats inclusive = sum_oracle(in, Uints(n, 0)), exclusive = exclusive_oracle(in);
     for (const Way& way : ways()) {
       SCOPED_TRACE(testing::Message() << way << ", n = " << n);

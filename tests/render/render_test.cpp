@@ -26,16 +26,17 @@ Camera corner_camera() {
   return camera;
 }
 
-constexpr ImageOptions small{.width = 61, .height = 47, .samples_per_pixel = 5};
+constexpr ImageOptions small_picture{.width = 61, .height = 47, .samples_per_pixel = 5};
 
 TEST(Render, SameBitsWhateverWorkGroupMemoryOrEngine) {
   const Solution solution = corner_scene();
   Device& device = test::device();
-  const Image first = render(device, solution, corner_camera(), small);
-  EXPECT_EQ(render(device, solution, corner_camera(), small).radiance, first.radiance) << "second run";
+  const Image first = render(device, solution, corner_camera(), small_picture);
+  EXPECT_EQ(render(device, solution, corner_camera(), small_picture).radiance, first.radiance)
+      << "second run";
   for (const unsigned group : {16u, 128u}) {
     Device other({.work_group_size = group});
-    EXPECT_EQ(render(other, solution, corner_camera(), small).radiance, first.radiance)
+    EXPECT_EQ(render(other, solution, corner_camera(), small_picture).radiance, first.radiance)
         << "work-groups of " << group;
   }
   const auto triangles = occluder_triangles(solution.scene, solution.frame, plane_ids(solution.scene));
@@ -43,7 +44,7 @@ TEST(Render, SameBitsWhateverWorkGroupMemoryOrEngine) {
     // 1 MiB: the picture takes several batches of pixels.
     Device other({.memory_bytes = 1 << 20});
     const auto engine = make_engine("serial", other, triangles);
-    EXPECT_EQ(render_through(other, *engine, triangles, solution, corner_camera(), small).radiance,
+    EXPECT_EQ(render_through(other, *engine, triangles, solution, corner_camera(), small_picture).radiance,
               first.radiance)
         << "batches";
     EXPECT_LE(other.ledger()->peak, 1u << 20);
@@ -54,12 +55,12 @@ TEST(Render, SameBitsWhateverWorkGroupMemoryOrEngine) {
   }
   for (const auto& name : engine_names()) {
     const auto engine = make_engine(name, device, triangles);
-    EXPECT_EQ(render_through(device, *engine, triangles, solution, corner_camera(), small).radiance,
+    EXPECT_EQ(render_through(device, *engine, triangles, solution, corner_camera(), small_picture).radiance,
               first.radiance)
         << name;
   }
   test::PlainEngine plain(triangles, false);
-  EXPECT_EQ(render_through(device, plain, triangles, solution, corner_camera(), small).radiance,
+  EXPECT_EQ(render_through(device, plain, triangles, solution, corner_camera(), small_picture).radiance,
             first.radiance)
       << "brute force on the host";
 }
@@ -67,19 +68,19 @@ TEST(Render, SameBitsWhateverWorkGroupMemoryOrEngine) {
 TEST(Render, ImageCarriesSizeBandsAndUnit) {
   Solution solution = corner_scene();
   Device& device = test::device();
-  Image image = render(device, solution, corner_camera(), small);
+  Image image = render(device, solution, corner_camera(), small_picture);
   EXPECT_EQ(image.width, 61u);
   EXPECT_EQ(image.height, 47u);
   EXPECT_EQ(image.bands, 3u);
   EXPECT_EQ(image.radiance.size(), 3u * 61 * 47);
   EXPECT_EQ(image.unit, "W/(sr m^2)");
   solution.scene.quantity = Quantity::photometric;
-  EXPECT_EQ(render(device, solution, corner_camera(), small).unit, "cd/m^2");
+  EXPECT_EQ(render(device, solution, corner_camera(), small_picture).unit, "cd/m^2");
 }
 
 TEST(Render, TooLittleMemoryIsAClearError) {
   Device device({.memory_bytes = 4096});
-  EXPECT_THROW(render(device, corner_scene(), corner_camera(), small), DeviceError);
+  EXPECT_THROW(render(device, corner_scene(), corner_camera(), small_picture), DeviceError);
 }
 
 }  // namespace

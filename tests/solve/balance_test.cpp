@@ -29,14 +29,6 @@ Scene furnace(const json& polygons, const std::vector<double>& rho, const std::v
   return scene;
 }
 
-double extent_of(const Scene& scene) {
-  glm::dvec3 low(INFINITY), high(-INFINITY);
-  for (const Polygon& p : scene.polygons)
-    for (std::uint32_t k = 0; k < p.corners; ++k)
-      low = glm::min(low, p.corner[k]), high = glm::max(high, p.corner[k]);
-  return std::max({high.x - low.x, high.y - low.y, high.z - low.z});
-}
-
 // The largest relative error of radiosity at vertices that nothing covers and of patches against E / (1 - rho).
 double furnace_error(const Solution& s) {
   double worst = 0;
@@ -55,7 +47,7 @@ double furnace_error(const Solution& s) {
 
 SolveOptions coarse(const Scene& scene, double patches, double elements) {
   SolveOptions o;
-  o.mesh = {extent_of(scene) / patches, extent_of(scene) / elements};
+  o.mesh = {oracle::extent_of(scene) / patches, oracle::extent_of(scene) / elements};
   o.light_samples = 0;
   o.converge = 1e-5;
   return o;

@@ -13,12 +13,6 @@
 namespace clrad {
 namespace {
 
-Scene block_room() {
-  return oracle::scene_of(
-      oracle::reference_case(oracle::reference("c_scenes_with_occlusion.json"), "C-block-room-1")
-          .at("scene"));
-}
-
 std::string temporary(const std::string& name) {
   return (std::filesystem::temp_directory_path() / ("clrad_" + std::to_string(::getpid()) + "_" + name))
       .string();
@@ -58,7 +52,7 @@ class CheckpointOf : public ::testing::Test {
   }
 
   Device device_;
-  Scene scene_ = block_room();
+  Scene scene_ = oracle::block_room();
   std::string file_ = temporary("checkpoint");
 };
 

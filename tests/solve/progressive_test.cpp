@@ -19,12 +19,6 @@
 namespace clrad {
 namespace {
 
-Scene block_room() {
-  return oracle::scene_of(
-      oracle::reference_case(oracle::reference("c_scenes_with_occlusion.json"), "C-block-room-1")
-          .at("scene"));
-}
-
 SolveOptions one_patch_a_face(double size, unsigned elements) {
   SolveOptions o;
   o.mesh = {size, size / elements};
@@ -113,7 +107,7 @@ TEST(Progressive, AgreesWithTheScalarOracle) {
 // weighs them alike. The coarse mesh keeps that to seconds.
 TEST(Progressive, AgreesWithTheScalarOracleWhereThingsAreOccluded) {
   Device device;
-  const Scene scene = block_room();
+  const Scene scene = oracle::block_room();
   SolveOptions options;
   options.mesh = {2, 1};
   options.samples = 9;
@@ -160,7 +154,7 @@ TEST(Progressive, EnergyIsAccountedFor) {
   Device device;
   SolveOptions options;
   options.samples = 4;
-  const Solution s = solve(device, block_room(), options);
+  const Solution s = solve(device, oracle::block_room(), options);
   const auto& e = s.report.energy;
   for (std::uint32_t b = 0; b < s.bands; ++b) {
     EXPECT_NEAR(e.emitted[b], e.absorbed[b] + e.unshot[b] + e.unaccounted[b], 1e-9 * e.emitted[b]);
@@ -184,7 +178,7 @@ TEST(Progressive, SameBitsWhateverTheDeviceIsDividedInto) {
   const auto run = [&](const DeviceOptions& d) {
     Device device(d);
     options.engine = "chop";
-    const Solution s = solve(device, block_room(), options);
+    const Solution s = solve(device, oracle::block_room(), options);
     return std::pair(s.vertex_irradiance, s.patch_irradiance);
   };
   const auto first = run({});
@@ -200,7 +194,7 @@ TEST(Progressive, SameBitsWhateverTheDeviceIsDividedInto) {
   EXPECT_EQ(run({}), first) << "another grid";
   options.engine = "serial";
   Device device;
-  const Solution s = solve(device, block_room(), options);
+  const Solution s = solve(device, oracle::block_room(), options);
   EXPECT_EQ(std::pair(s.vertex_irradiance, s.patch_irradiance), first) << "engine serial";
 }
 
@@ -210,9 +204,9 @@ TEST(Progressive, StopLeavesAValidPartialResult) {
   options.mesh = {1.0, 0.5};
   options.samples = 1;
   options.near_field = false;  // it moves light about
-  const Solution full = solve(device, block_room(), options);
+  const Solution full = solve(device, oracle::block_room(), options);
   options.progress = [](const Progress& p) { return p.shoots < 5; };
-  const Solution part = solve(device, block_room(), options);
+  const Solution part = solve(device, oracle::block_room(), options);
   EXPECT_TRUE(part.stopped);
   EXPECT_EQ(part.report.shoots, 5u);
   EXPECT_GT(part.unshot_relative, options.converge);

@@ -21,12 +21,6 @@
 namespace clrad {
 namespace {
 
-Scene block_room() {
-  return oracle::scene_of(
-      oracle::reference_case(oracle::reference("c_scenes_with_occlusion.json"), "C-block-room-1")
-          .at("scene"));
-}
-
 // Few and large patches, so that the tests are quick: 4 m / 4 shoot, 4 m / 16 receive.
 SolveOptions coarse() {
   SolveOptions o;
@@ -89,7 +83,7 @@ double rms(const std::vector<double>& values, const std::vector<double>& referen
 // of the finest level and that of one level coarser, and nearer to the former than any uniform mesh of as many elements.
 TEST(Refine, AFewElementsInTheRightPlacesDoTheWorkOfMany) {
   Device device;
-  const Scene scene = block_room();
+  const Scene scene = oracle::block_room();
   SolveOptions options = coarse();
   options.mesh.element_edge_m = 4.0 / 256;
   const Solution reference = solve(device, scene, options);
@@ -166,7 +160,7 @@ TEST(Refine, SurpriseIsTheDifferenceFromTheDisplayOfTheLevelAbove) {
 // at the end only, and one of them, every patch has shot before.
 TEST(Refine, RaysAreShotPatchesTimesNewVerticesInFrontTimesSamples) {
   Device device;
-  const Scene scene = block_room();
+  const Scene scene = oracle::block_room();
   SolveOptions options = adaptive(0.05, 1);
   options.adaptive.every = 1u << 30;
   options.light_samples = 0;
@@ -193,7 +187,7 @@ TEST(Refine, RaysAreShotPatchesTimesNewVerticesInFrontTimesSamples) {
 
 TEST(Refine, EachLimitStopsItAndIsReported) {
   Device device;
-  const Scene scene = block_room();
+  const Scene scene = oracle::block_room();
   const Solution free_one = solve(device, scene, adaptive(0.05, 2));
   EXPECT_GT(free_one.report.refinement.stopped_by_max_level, 0u);
   EXPECT_EQ(free_one.report.refinement.stopped_by_min_area, 0u);
@@ -228,7 +222,7 @@ TEST(Refine, EachLimitStopsItAndIsReported) {
 // the mean difference between them by twice that.
 TEST(Refine, HowOftenItIsDoneMattersLittle) {
   Device device;
-  const Scene scene = block_room();
+  const Scene scene = oracle::block_room();
   SolveOptions options = adaptive(0.05, 2);
   options.adaptive.every = 1;
   const Solution often = solve(device, scene, options);
@@ -240,7 +234,7 @@ TEST(Refine, HowOftenItIsDoneMattersLittle) {
 }
 
 TEST(Refine, SameBitsOnOneCoreAndInSmallBatches) {
-  const Scene scene = block_room();
+  const Scene scene = oracle::block_room();
   SolveOptions options = adaptive(0.05, 2);
   Device device;
   const Solution plain = solve(device, scene, options);
@@ -295,7 +289,7 @@ TEST(Refine, InterpolatedVerticesMissAShadowBetweenThem) {
 
 TEST(Refine, AmbientIsTheUnshotLightSpreadEvenly) {
   Device device;
-  Scene scene = block_room();
+  Scene scene = oracle::block_room();
   SolveOptions options = coarse();
   options.progress = [](const Progress& p) { return p.shoots < 3; };
   const Solution early = solve(device, scene, options);

@@ -15,14 +15,6 @@
 namespace clrad {
 namespace {
 
-double extent_of(const Scene& scene) {
-  glm::dvec3 low(INFINITY), high(-INFINITY);
-  for (const Polygon& p : scene.polygons)
-    for (std::uint32_t k = 0; k < p.corners; ++k)
-      low = glm::min(low, p.corner[k]), high = glm::max(high, p.corner[k]);
-  return std::max({high.x - low.x, high.y - low.y, high.z - low.z});
-}
-
 double rounding_of(const Solution& s) {
   for (const ErrorPart& part : s.report.error.parts)
     if (part.name == "rounding") {
@@ -39,7 +31,7 @@ class Rounding : public ::testing::Test {
   void compare(const std::string& name, const Scene& scene, double patches = 4, double elements = 8) {
     SolveOptions options;
     if (std::getenv("CLRAD_LONG_TESTS")) patches *= 2, elements *= 4;
-    options.mesh = {extent_of(scene) / patches, extent_of(scene) / elements};
+    options.mesh = {oracle::extent_of(scene) / patches, oracle::extent_of(scene) / elements};
     options.light_samples = 16;
     // Far below rounding, so that what is unshot plays no part.
     options.converge = 1e-9;
@@ -74,12 +66,6 @@ class Rounding : public ::testing::Test {
   int compared_ = 0;
 };
 
-Scene block_room() {
-  return oracle::scene_of(
-      oracle::reference_case(oracle::reference("c_scenes_with_occlusion.json"), "C-block-room-1")
-          .at("scene"));
-}
-
 Scene mapped(Scene scene, const std::function<glm::dvec3(glm::dvec3)>& map) {
   for (Polygon& p : scene.polygons)
     for (std::uint32_t k = 0; k < p.corners; ++k) p.corner[k] = map(p.corner[k]);
@@ -103,7 +89,7 @@ TEST_F(Rounding, BoundHoldsInBoxesAndOccludedScenes) {
   const auto boxes = oracle::reference("c_boxes.json");
   for (const auto& c : boxes.at("cases"))
     if (c.contains("scene")) compare(c.at("id"), oracle::scene_of(c.at("scene")), 2, 8);
-  compare("block room", block_room());
+  compare("block room", oracle::block_room());
   compare("Cornell box",
           oracle::scene_of(
               oracle::reference_case(oracle::reference("c_scenes_with_occlusion.json"), "C-cornell-1")
@@ -113,13 +99,13 @@ TEST_F(Rounding, BoundHoldsInBoxesAndOccludedScenes) {
 
 TEST_F(Rounding, BoundHoldsFarAwayTinyHugeAndAskew) {
   compare("block room at 1e6 m",
-          mapped(block_room(), [](glm::dvec3 p) { return p + glm::dvec3(1e6, -1e6, 1e6); }));
-  compare("block room x 1e-6", mapped(block_room(), [](glm::dvec3 p) { return 1e-6 * p; }));
-  compare("block room x 1e6", mapped(block_room(), [](glm::dvec3 p) { return 1e6 * p; }));
+          mapped(oracle::block_room(), [](glm::dvec3 p) { return p + glm::dvec3(1e6, -1e6, 1e6); }));
+  compare("block room x 1e-6", mapped(oracle::block_room(), [](glm::dvec3 p) { return 1e-6 * p; }));
+  compare("block room x 1e6", mapped(oracle::block_room(), [](glm::dvec3 p) { return 1e6 * p; }));
   const double c = std::cos(0.4), s = std::sin(0.4);
   // The block's foot moves off the lattice of the floor: a vertex in the plane of a face that stands on its polygon sees all
   // of it or nothing, and in a turned scene only rounding says which.
-  Scene turned = block_room();
+  Scene turned = oracle::block_room();
   for (Polygon& p : turned.polygons)
     if (p.name.starts_with("block"))
       for (std::uint32_t k = 0; k < p.corners; ++k) p.corner[k] += glm::dvec3(0.0123, 0.0217, 0);
@@ -148,7 +134,7 @@ TEST_F(Rounding, BoundHoldsWithSlivers) {
 
 // Where rows feign light, nothing bounds their rounding either.
 TEST_F(Rounding, IsInfiniteWhereTheSystemIsNotBounded) {
-  Scene scene = block_room();
+  Scene scene = oracle::block_room();
   for (Material& m : scene.materials) m.reflectance = {0.999999, 0.999999, 0.999999};
   SolveOptions options;
   options.mesh = {1, 0.5};

@@ -8,6 +8,7 @@
 
 #include "device/divided.hpp"
 #include "visibility/chop.hpp"
+#include "visibility/setting.hpp"
 
 namespace {
 
@@ -19,15 +20,8 @@ using clrad::OccluderTriangle;
 using clrad::Point;
 using clrad::PointArray;
 using clrad::Segments;
-
-struct Setting {
-  std::vector<OccluderTriangle> triangles;
-  std::vector<Point> origins, targets;
-};
-
-Point at(glm::dvec3 p, std::uint32_t plane = 0xffffffffu) {
-  return {p, {0, 0, 1}, plane, 0xffffffffu};
-}
+using clrad::test::at;
+using clrad::test::Setting;
 
 // Points inside and outside the triangles' box. On a lattice of 1/8, ends, corners and voxel faces coincide all the time.
 Setting random_setting(std::mt19937_64& random, int triangles, double size, int points, bool lattice) {

@@ -12,6 +12,7 @@
 #include "oracle/rational_visibility.hpp"
 #include "visibility/boxes.hpp"
 #include "visibility/pairs.hpp"
+#include "visibility/setting.hpp"
 
 namespace {
 
@@ -23,14 +24,10 @@ using clrad::OccluderTriangle;
 using clrad::Point;
 using clrad::PointArray;
 using clrad::Segments;
+using clrad::test::at;
+using clrad::test::Setting;
 using Cells = std::array<std::uint32_t, 3>;
 using Cell = std::array<std::uint32_t, 3>;
-
-struct Setting {
-  std::vector<OccluderTriangle> triangles;
-  std::vector<Point> origins, targets;
-  std::uint32_t samples = 0;  ///< 0: origin i to target i
-};
 
 struct Answer {
   std::vector<std::uint32_t> masks, triangle;
@@ -47,10 +44,6 @@ Answer ask(Device& device, clrad::VisibilityEngine& engine, const Setting& s) {
   engine.occluded(segments, masks);
   engine.intersect_closest(segments, triangle, t);
   return {masks.download(), triangle.download(), t.download()};
-}
-
-Point at(glm::dvec3 p, std::uint32_t plane = 0xffffffffu) {
-  return {p, {0, 0, 1}, plane, 0xffffffffu};
 }
 
 std::vector<OccluderTriangle> random_triangles(std::mt19937_64& random, int count, double size) {

@@ -17,7 +17,7 @@ using clrad::Occluders;
 using clrad::OccluderTriangle;
 using Cells = std::array<std::uint32_t, 3>;
 
-std::vector<OccluderTriangle> random_triangles(std::mt19937_64& random, int count, double size) {
+std::vector<OccluderTriangle> triangles_of_two_sizes(std::mt19937_64& random, int count, double size) {
   std::uniform_real_distribution<double> unit(-1, 1);
   std::vector<OccluderTriangle> all;
   for (int i = 0; i < count; ++i) {
@@ -116,10 +116,10 @@ TEST(Grid, ListsHoldWhatOverlapsAndNoMore) {
   SCOPED_TRACE(seed);
   std::mt19937_64 random(seed);
   Device device;
-  verify(device, random_triangles(random, 150, 0.2), {5, 4, 3});
-  verify(device, random_triangles(random, 60, 0.05), {1, 1, 1});
-  verify(device, random_triangles(random, 60, 0.05), {9, 1, 2});
-  verify(device, random_triangles(random, 1, 0.3), {4, 4, 4});
+  verify(device, triangles_of_two_sizes(random, 150, 0.2), {5, 4, 3});
+  verify(device, triangles_of_two_sizes(random, 60, 0.05), {1, 1, 1});
+  verify(device, triangles_of_two_sizes(random, 60, 0.05), {9, 1, 2});
+  verify(device, triangles_of_two_sizes(random, 1, 0.3), {4, 4, 4});
 }
 
 TEST(Grid, TrianglesInVoxelFacesAreInBothVoxels) {
@@ -140,7 +140,7 @@ TEST(Grid, TrianglesInVoxelFacesAreInBothVoxels) {
 
 TEST(Grid, IsTheSameForAllWorkGroupsAndCores) {
   std::mt19937_64 random(7);
-  const auto triangles = random_triangles(random, 300, 0.1);
+  const auto triangles = triangles_of_two_sizes(random, 300, 0.1);
   std::vector<std::uint32_t> lanes, held;
   for (const clrad::DeviceOptions& options :
        {clrad::DeviceOptions{}, clrad::DeviceOptions{.cores = clrad::test::one_core()},
@@ -159,7 +159,7 @@ TEST(Grid, IsTheSameForAllWorkGroupsAndCores) {
 
 TEST(Grid, WidthChangesBlocksOnly) {
   std::mt19937_64 random(8);
-  const auto triangles = random_triangles(random, 100, 0.2);
+  const auto triangles = triangles_of_two_sizes(random, 100, 0.2);
   std::vector<std::vector<std::uint32_t>> first;
   for (unsigned width : {1u, 4u, 16u}) {
     Device device({.packet_width = width});
@@ -185,7 +185,7 @@ TEST(Grid, ResolutionGrowsWithTheSceneAndStaysInMemory) {
   std::uint32_t before = 0;
   for (int count : {20, 2000, 20000}) {
     Device device({.memory_bytes = 64u << 20});
-    const auto triangles = random_triangles(random, count, 0.02);
+    const auto triangles = triangles_of_two_sizes(random, count, 0.02);
     const Occluders occluders(device, triangles);
     const Grid grid(device, occluders);
     EXPECT_GT(grid.voxels(), before);

@@ -8,6 +8,7 @@
 #include "device/divided.hpp"
 
 #include "clrad/visibility.hpp"
+#include "visibility/setting.hpp"
 
 namespace {
 
@@ -18,13 +19,9 @@ using clrad::OccluderTriangle;
 using clrad::Point;
 using clrad::PointArray;
 using clrad::Segments;
+using clrad::test::Setting;
 
 constexpr std::uint32_t count = 2000, many = 17000;
-
-struct Setting {
-  std::vector<OccluderTriangle> triangles;
-  std::vector<Point> origins, targets;
-};
 
 // A third of the ends are corners of triangles, so that the exact predicate has its say.
 Setting setting() {
@@ -50,13 +47,13 @@ Setting setting() {
   return s;
 }
 
-struct Answer {
+struct RunAnswer {
   std::vector<std::uint32_t> masks;
   clrad::VisibilityCounts counts;
 };
 
-Answer ask(Device& device, const Setting& s, const std::vector<std::uint32_t>& active,
-           std::uint32_t samples) {
+RunAnswer ask(Device& device, const Setting& s, const std::vector<std::uint32_t>& active,
+              std::uint32_t samples) {
   auto engine = clrad::make_engine("serial", device, s.triangles);
   const PointArray origins(device, s.origins, "origins"), targets(device, s.targets, "targets");
   const Array<std::uint32_t> chosen(device, active.empty() ? std::vector<std::uint32_t>{0} : active,
@@ -67,7 +64,7 @@ Answer ask(Device& device, const Setting& s, const std::vector<std::uint32_t>& a
   const std::size_t words = segments.origin_count * segments.words_per_origin();
   Array<std::uint32_t> masks(device, std::vector<std::uint32_t>(words + 1, 0xabcdef01u), "masks");
   engine->occluded(segments, masks);
-  Answer answer{masks.download(), engine->counts()};
+  RunAnswer answer{masks.download(), engine->counts()};
   EXPECT_EQ(answer.masks.back(), 0xabcdef01u);
   answer.masks.pop_back();
   EXPECT_EQ(answer.counts.rays, segments.count());
@@ -79,7 +76,7 @@ TEST(SerialRuns, FewRaysGetTheBitsThatTheyGetAmongMany) {
   const Setting s = setting();
   Device device;
   for (const std::uint32_t samples : {0u, 1u, 16u, 40u}) {
-    const Answer all = ask(device, s, {}, samples);
+    const RunAnswer all = ask(device, s, {}, samples);
     const std::uint32_t words = samples ? (samples + 31) / 32 : 1;
     std::size_t blocked = 0;
     for (const auto word : all.masks) blocked += std::size_t(std::popcount(word));
@@ -92,12 +89,12 @@ TEST(SerialRuns, FewRaysGetTheBitsThatTheyGetAmongMany) {
       for (std::uint32_t i = 0; i < few; ++i) active.push_back((i * 7919 + 13) % many);
       for (const auto o : active)
         expected.insert(expected.end(), all.masks.begin() + o * words, all.masks.begin() + (o + 1) * words);
-      const Answer first = ask(device, s, active, samples);
+      const RunAnswer first = ask(device, s, active, samples);
       EXPECT_EQ(first.masks, expected);
       for (const DeviceOptions& on : {DeviceOptions{.cores = clrad::test::one_core(), .work_group_size = 16},
                                       DeviceOptions{.packet_width = 1}, DeviceOptions{.packet_width = 4}}) {
         Device other(on);
-        const Answer again = ask(other, s, active, samples);
+        const RunAnswer again = ask(other, s, active, samples);
         EXPECT_EQ(again.masks, expected) << "width " << on.packet_width;
         EXPECT_EQ(again.counts.exact, first.counts.exact) << "width " << on.packet_width;
       }
