@@ -1,11 +1,15 @@
-/// What the parts of `chop` share: which segments a batch has, and scratch arrays that only grow.
+/// What the engines share: what they ask of segments, which of them a batch has, and scratch arrays that only grow.
 #pragma once
 #include <algorithm>
 #include <cstdint>
 
 #include "clrad/device.hpp"
+#include "clrad/visibility.hpp"
 
 namespace clrad {
+
+/// Throws UsageError when segments name more ends than there are.
+void check_segments(const Segments& segments);
 
 /// Segments of chosen origins [first_origin, ...) and samples [first_sample, first_sample + run).
 struct Batch {

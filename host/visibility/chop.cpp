@@ -67,14 +67,14 @@ class Chop final : public ChopEngine {
   std::string name() const override { return "chop"; }
 
   void occluded(const Segments& s, Array<std::uint32_t>& masks) override {
-    check(s);
+    check_segments(s);
     if (masks.size() < std::uint64_t(s.origin_count) * s.words_per_origin())
       throw UsageError("the array of visibility masks is smaller than the segments need");
     in_batches(s, [&](const Batch& b) { bundles_.occluded(s, b, masks, batch_sums_); });
   }
 
   void intersect_closest(const Segments& s, Array<std::uint32_t>& triangle, Array<float>& t) override {
-    check(s);
+    check_segments(s);
     if (triangle.size() < s.count() || t.size() < s.count())
       throw UsageError("the arrays of nearest hits are smaller than the segments need");
     in_batches(s, [&](const Batch& b) {
@@ -99,7 +99,7 @@ class Chop final : public ChopEngine {
   }
 
   std::vector<RayPiece> pieces(const Segments& s) override {
-    check(s);
+    check_segments(s);
     std::vector<RayPiece> all;
     in_batches(s, [&](const Batch& b) {
       const std::uint64_t first =
@@ -137,14 +137,6 @@ class Chop final : public ChopEngine {
   VisibilityCounts counts_;
   std::uint32_t run_ = 1, pairs_ = 0;    ///< how ray numbers of the batch stand for its ends
   std::uint32_t smaller_ = 0xffffffffu;  ///< rays that fitted after a batch did not
-
-  static void check(const Segments& s) {
-    if (!s.origins || !s.targets) throw UsageError("visibility segments need origins and targets");
-    if (s.active ? s.active->size() < s.origin_count : s.origins->size() < s.origin_count)
-      throw UsageError("visibility segments name more origins than there are");
-    if (s.targets->size() < (s.samples ? s.samples : s.active ? 0 : s.origin_count))
-      throw UsageError("visibility segments name more targets than there are");
-  }
 
   static std::uint32_t slab_of(const Grid& grid, const ChopOptions& options) {
     const std::uint32_t longest = std::max({grid.cells[0], grid.cells[1], grid.cells[2]});

@@ -24,7 +24,7 @@ class Serial final : public VisibilityEngine {
   std::string name() const override { return "serial"; }
 
   void occluded(const Segments& segments, Array<std::uint32_t>& masks) override {
-    check(segments);
+    check_segments(segments);
     if (masks.size() < std::uint64_t(segments.origin_count) * segments.words_per_origin())
       throw UsageError("the array of visibility masks is smaller than the segments need");
     if (segments.origin_count == 0) return;
@@ -38,7 +38,7 @@ class Serial final : public VisibilityEngine {
   }
 
   void intersect_closest(const Segments& segments, Array<std::uint32_t>& triangle, Array<float>& t) override {
-    check(segments);
+    check_segments(segments);
     if (triangle.size() < segments.count() || t.size() < segments.count())
       throw UsageError("the arrays of nearest hits are smaller than the segments need");
     const std::uint64_t packets = (segments.count() + width() - 1) / width();
@@ -128,14 +128,6 @@ class Serial final : public VisibilityEngine {
   // The kernel does not read it when use_active is 0, but the argument has to be some buffer.
   static const cl::Buffer& active(const Segments& s) {
     return s.active ? s.active->buffer() : s.origins->buffer();
-  }
-
-  static void check(const Segments& s) {
-    if (!s.origins || !s.targets) throw UsageError("visibility segments need origins and targets");
-    if (s.active ? s.active->size() < s.origin_count : s.origins->size() < s.origin_count)
-      throw UsageError("visibility segments name more origins than there are");
-    if (s.targets->size() < (s.samples ? s.samples : s.active ? 0 : s.origin_count))
-      throw UsageError("visibility segments name more targets than there are");
   }
 
   void count(const Segments& s) {

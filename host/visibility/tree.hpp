@@ -1,0 +1,23 @@
+/// The occluders in a tree of boxes, built on the device (kernels/visibility/tree.cl): what `shaft` walks.
+#pragma once
+#include "visibility/occluders.hpp"
+
+namespace clrad {
+
+struct Tree {
+  Tree(Device& device, const Occluders& occluders);
+
+  std::uint32_t count = 0;    ///< triangles
+  std::uint32_t inner = 0;    ///< inner nodes; at least one, even over nothing
+  std::uint32_t depth = 0;    ///< levels, the leaves' included
+  double cost = 0;            ///< expected tests of a line through the root's box (surface area heuristic)
+  Array<std::uint32_t> nodes;  ///< 16 words each, the root first; see tree_lay_out
+  Array<clrad_triangle> triangles;     ///< in the tree's order
+  Array<clrad_facet> facets;           ///< of each
+  Array<std::uint32_t> input_index;    ///< of each, which input triangle it is
+
+  /// Deeper trees are built again, balanced: walks keep a stack of this many nodes.
+  static constexpr std::uint32_t most_depth = 64;
+};
+
+}  // namespace clrad
