@@ -18,10 +18,9 @@
 
 namespace clrad::bench {
 
-inline Scene boxes_scene(int polygons) {
-  const make_scene::Model model = make_scene::boxes(polygons, 1);
+inline Scene scene_of(const make_scene::Model& model, const std::string& name) {
   Scene scene;
-  scene.file = "boxes_" + std::to_string(polygons);
+  scene.file = name;
   scene.bands = {"red", "green", "blue"};
   for (const auto& m : model.materials())
     scene.materials.push_back({m.name,
@@ -41,6 +40,10 @@ inline Scene boxes_scene(int polygons) {
   return scene;
 }
 
+inline Scene boxes_scene(int polygons) {
+  return scene_of(make_scene::boxes(polygons, 1), "boxes_" + std::to_string(polygons));
+}
+
 /// Far longer than anything: one patch and one element a polygon.
 constexpr double whole_polygons_m = 1e6;
 
@@ -52,9 +55,10 @@ struct Setting {
   std::vector<OccluderTriangle> triangles;
   std::vector<std::uint32_t> planes;
 
-  explicit Setting(int polygons)
-      : scene(boxes_scene(polygons)), frame(frame_of(scene)), planes(plane_ids(scene)) {
-    mesh = build_mesh(scene, frame, planes, {whole_polygons_m, whole_polygons_m});
+  explicit Setting(int polygons) : Setting(boxes_scene(polygons), {whole_polygons_m, whole_polygons_m}) {}
+  Setting(Scene from, const MeshOptions& options)
+      : scene(std::move(from)), frame(frame_of(scene)), planes(plane_ids(scene)) {
+    mesh = build_mesh(scene, frame, planes, options);
     triangles = occluder_triangles(scene, frame, planes);
   }
 };

@@ -1,284 +1,250 @@
-/// Visibility tests a second of the engines: the Cornell box (light to receivers) and generated rooms full of
-/// boxes. Usage: bench_visibility [-o FILE] [--quick] [--cores N] [--receivers N] [--profile] [--packet N] [--batch N] [--cells
-/// NxNxN] [--slab N]
+/// Visibility tests a second of the engines and of Embree, on the same segments with the same threads, each in turn: the
+/// Cornell box, an office, a hall of columns, and scenes of your own. Prints a table, writes rows as JSON.
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <chrono>
-#include <cmath>
+#include <CLI/CLI.hpp>
 #include <cstdio>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <random>
 #include <string>
 
-#include <sys/resource.h>
-
-#include "clrad/visibility.hpp"
+#include "boxes_scene.hpp"
+#include "clrad/clrad.hpp"
+#include "hall.hpp"
+#include "office.hpp"
+#include "timing.hpp"
 #include "visibility/chop.hpp"
+#include "visibility/embree.hpp"
+#include "visibility/shaft.hpp"
 
 namespace {
 
-using clrad::OccluderTriangle;
-using clrad::Point;
-using Clock = std::chrono::steady_clock;
+using namespace clrad;
+using namespace clrad::bench;
 
-struct Case {
-  std::string name;
-  std::vector<OccluderTriangle> triangles;
-  std::vector<Point> receivers, samples;
+struct Options {
+  bool quick = false, profile = false, alone = false;
+  std::size_t receivers = 20000;
+  std::uint32_t elements = 128, shooters = 4, rounds = 9;
+  std::string only, out = "out/bench/visibility.json";
+  std::vector<std::string> engines{"shaft", "chop", "serial"}, files;
+  std::vector<std::uint32_t> samples{4, 16, 64};
+  DeviceOptions device;
+  ShaftOptions shaft;
 };
 
-struct Quad {
-  glm::dvec3 corner[4];
-  std::uint32_t plane;
-};
-
-void add(Case& c, const Quad& q, std::uint32_t polygon) {
-  c.triangles.push_back({{q.corner[0], q.corner[1], q.corner[2]}, q.plane, polygon});
-  c.triangles.push_back({{q.corner[0], q.corner[2], q.corner[3]}, q.plane, polygon});
-}
-
-glm::dvec3 cross(glm::dvec3 a, glm::dvec3 b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
-double dot(glm::dvec3 a, glm::dvec3 b) {
-  return a.x * b.x + a.y * b.y + a.z * b.z;
-}
-
-/// n x n cell middles of a quad, with its plane.
-void spread(std::vector<Point>& points, const Quad& q, int n) {
-  const auto area = cross(q.corner[1] - q.corner[0], q.corner[3] - q.corner[0]);
-  const auto normal = area / std::sqrt(dot(area, area));
-  for (int i = 0; i < n; ++i)
-    for (int j = 0; j < n; ++j) {
-      const double u = (i + 0.5) / n, v = (j + 0.5) / n;
-      const auto low = q.corner[0] * (1 - u) + q.corner[1] * u,
-                 high = q.corner[3] * (1 - u) + q.corner[2] * u;
-      points.push_back({low * (1 - v) + high * v, normal, q.plane});
-    }
-}
-
-void keep_facing(Case& c, glm::dvec3 light) {
-  std::erase_if(c.receivers, [&](const Point& p) { return dot(p.normal, light - p.position) <= 0; });
-}
-
-/// The published geometry in units of half a metre about its middle; ceiling and light lie in one plane.
-Case cornell(int receivers, int samples) {
-  const double v[][12] = {
-      {0.5528, 0, 0, 0, 0, 0, 0, 0, 0.5592, 0.5496, 0, 0.5592},
-      {0.343, 0.5488, 0.227, 0.343, 0.5488, 0.332, 0.213, 0.5488, 0.332, 0.213, 0.5488, 0.227},
-      {0, 0.5488, 0, 0.556, 0.5488, 0, 0.556, 0.5488, 0.227, 0, 0.5488, 0.227},
-      {0, 0.5488, 0.332, 0.556, 0.5488, 0.332, 0.556, 0.5488, 0.5592, 0, 0.5488, 0.5592},
-      {0, 0.5488, 0.227, 0.213, 0.5488, 0.227, 0.213, 0.5488, 0.332, 0, 0.5488, 0.332},
-      {0.343, 0.5488, 0.227, 0.556, 0.5488, 0.227, 0.556, 0.5488, 0.332, 0.343, 0.5488, 0.332},
-      {0.5496, 0, 0.5592, 0, 0, 0.5592, 0, 0.5488, 0.5592, 0.556, 0.5488, 0.5592},
-      {0, 0, 0.5592, 0, 0, 0, 0, 0.5488, 0, 0, 0.5488, 0.5592},
-      {0.5528, 0, 0, 0.5496, 0, 0.5592, 0.556, 0.5488, 0.5592, 0.556, 0.5488, 0},
-      {0.13, 0.165, 0.065, 0.082, 0.165, 0.225, 0.24, 0.165, 0.272, 0.29, 0.165, 0.114},
-      {0.082, 0, 0.225, 0.082, 0.165, 0.225, 0.13, 0.165, 0.065, 0.13, 0, 0.065},
-      {0.24, 0, 0.272, 0.24, 0.165, 0.272, 0.082, 0.165, 0.225, 0.082, 0, 0.225},
-      {0.29, 0, 0.114, 0.29, 0.165, 0.114, 0.24, 0.165, 0.272, 0.24, 0, 0.272},
-      {0.13, 0, 0.065, 0.13, 0.165, 0.065, 0.29, 0.165, 0.114, 0.29, 0, 0.114},
-      {0.423, 0.33, 0.247, 0.265, 0.33, 0.296, 0.314, 0.33, 0.456, 0.472, 0.33, 0.406},
-      {0.265, 0, 0.296, 0.265, 0.33, 0.296, 0.423, 0.33, 0.247, 0.423, 0, 0.247},
-      {0.314, 0, 0.456, 0.314, 0.33, 0.456, 0.265, 0.33, 0.296, 0.265, 0, 0.296},
-      {0.472, 0, 0.406, 0.472, 0.33, 0.406, 0.314, 0.33, 0.456, 0.314, 0, 0.456},
-      {0.423, 0, 0.247, 0.423, 0.33, 0.247, 0.472, 0.33, 0.406, 0.472, 0, 0.406},
-  };
-  Case c{fmt::format("cornell_{}", samples * samples), {}, {}, {}};
-  std::uint32_t polygon = 0;
-  for (const auto& p : v) {
-    Quad q;
-    for (int k = 0; k < 4; ++k)
-      q.corner[k] = glm::dvec3(p[3 * k] - 0.278, p[3 * k + 1] - 0.2744, p[3 * k + 2] - 0.2796) * 2.0;
-    q.plane = polygon >= 1 && polygon <= 5 ? 1 : polygon;
-    add(c, q, polygon);
-    if (polygon == 1) spread(c.samples, q, samples);
-    spread(c.receivers, q, std::max(1, int(std::sqrt(receivers / 19.0))));
-    ++polygon;
+/// Patches that shoot: one that emits, and others by area.
+std::vector<std::uint32_t> patches_that_shoot(const Setting& s, std::size_t count) {
+  std::vector<std::uint32_t> chosen;
+  std::vector<double> area;
+  for (std::uint32_t p = 0; p < s.mesh.patches.size(); ++p) {
+    const Patch& patch = s.mesh.patches[p];
+    area.push_back(patch.area_m2);
+    if (chosen.empty() && s.scene.materials[s.scene.polygons[patch.polygon].material].emitted_exitance[0] > 0)
+      chosen.push_back(p);
   }
-  keep_facing(c, c.samples[0].position);
-  return c;
+  std::mt19937 random(7);
+  std::discrete_distribution<std::uint32_t> pick(area.begin(), area.end());
+  while (chosen.size() < count) chosen.push_back(pick(random));
+  return chosen;
 }
 
-/// A closed room [-1, 1]^3 with `boxes` small boxes, a light under its ceiling and receivers all over.
-Case room(int boxes, int receivers, int samples, unsigned seed) {
-  Case c{fmt::format("room_{}_{}", 12 * boxes + 12, samples * samples), {}, {}, {}};
-  std::mt19937 random(seed);
-  std::uniform_real_distribution<double> unit(0, 1);
-  std::uint32_t polygon = 0;
-  std::vector<Quad> quads;
-  const auto box = [&](glm::dvec3 low, glm::dvec3 high) {
-    const auto corner = [&](int k) {
-      return glm::dvec3(k & 1 ? high.x : low.x, k & 2 ? high.y : low.y, k & 4 ? high.z : low.z);
+/// One shooter's segments, on the host for Embree and on the device.
+struct Work {
+  Step step;
+  PointArray origins, targets;
+  Array<std::uint32_t> masks;
+  std::vector<std::uint32_t> embree;
+
+  Work(Device& device, Step from)
+      : step(std::move(from)),
+        origins(device, step.receivers, "receivers"),
+        targets(device, step.samples, "samples"),
+        masks(device, words(), "masks"),
+        embree(words()) {}
+  std::uint64_t words() const { return step.receivers.size() * ((step.samples.size() + 31) / 32); }
+  Segments segments() const {
+    return {&origins, nullptr, std::uint32_t(step.receivers.size()), &targets,
+            std::uint32_t(step.samples.size())};
+  }
+};
+
+std::uint64_t differing(const std::vector<std::uint32_t>& a, const std::vector<std::uint32_t>& b) {
+  std::uint64_t count = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) count += std::uint64_t(__builtin_popcount(a[i] ^ b[i]));
+  return count;
+}
+
+struct Peer {
+  const EmbreeScene* scene;
+  EmbreeWay way;
+  bool robust;
+};
+
+/// Embree's segments stay this far clear of their ends.
+constexpr float offset = 1e-4f;
+
+void measure(const Options& o, Device& device, Setting& setting, nlohmann::json& report, bool& agree) {
+  const unsigned threads = device.options().cores ? device.options().cores : device.info().compute_units;
+  const EmbreeScene robust(setting.triangles, true, threads), plain(setting.triangles, false, threads);
+  std::vector<std::unique_ptr<VisibilityEngine>> engines;
+  std::vector<double> build;
+  for (const std::string& name : o.engines) {
+    const auto start = Clock::now();
+    engines.push_back(name == "shaft" ? make_shaft(device, setting.triangles, o.shaft)
+                                      : make_engine(name, device, setting.triangles));
+    device.finish();
+    build.push_back(since(start));
+  }
+  fmt::print("{}: {} triangles; Embree builds in {:.3f} s", setting.scene.file, setting.triangles.size(),
+             robust.build_seconds());
+  for (std::size_t e = 0; e < engines.size(); ++e) fmt::print(", {} in {:.3f} s", o.engines[e], build[e]);
+  fmt::print("\n");
+
+  for (const std::uint32_t n : o.samples) {
+    std::vector<Work> work;
+    std::uint64_t tests = 0;
+    for (const std::uint32_t p : patches_that_shoot(setting, o.shooters)) {
+      Step step = step_of(setting, p, n, o.receivers / o.shooters);
+      if (step.receivers.empty()) continue;
+      tests += step.rays();
+      work.emplace_back(device, std::move(step));
+    }
+    std::vector<std::function<void()>> turns;
+    std::vector<std::string> names;
+    for (std::size_t e = 0; e < engines.size(); ++e) {
+      // A row of 1e10 pairs and more would take longer than it tells.
+      if (o.engines[e] == "serial" && tests * setting.triangles.size() > 40'000'000'000) continue;
+      names.push_back(o.engines[e]);
+      turns.push_back([&, e] {
+        for (Work& w : work) engines[e]->occluded(w.segments(), w.masks);
+        device.finish();
+      });
+    }
+    const std::size_t ours = turns.size();
+    std::vector<Peer> peers;
+    for (const EmbreeScene* scene : {&robust, &plain})
+      for (const EmbreeWay way : embree_ways) {
+        if (o.alone && way != EmbreeWay::packet_8) continue;
+        peers.push_back({scene, way, scene == &robust});
+        turns.push_back([&, scene, way] {
+          for (Work& w : work) scene->occluded(way, w.step.receivers, w.step.samples, offset, w.embree);
+        });
+      }
+
+    // What is timed has been verified: all engines give the same bits.
+    std::vector<std::vector<std::uint32_t>> answer;
+    std::vector<std::uint64_t> wrong(turns.size());
+    for (std::size_t t = 0; t < turns.size(); ++t) {
+      turns[t]();
+      for (std::size_t i = 0; i < work.size(); ++i) {
+        const auto bits = t < ours ? work[i].masks.download() : work[i].embree;
+        if (t == 0) answer.push_back(bits);
+        wrong[t] += differing(bits, answer[i]);
+      }
+      if (t < ours) agree &= wrong[t] == 0;
+    }
+    const auto seconds = alternate(turns, int(o.quick ? 3 : o.rounds));
+    const auto best_of = [&](bool robust_ones) {
+      std::size_t best = 0;
+      for (std::size_t p = 0; p < peers.size(); ++p)
+        if (peers[p].robust == robust_ones &&
+            (peers[best].robust != robust_ones || median(seconds[ours + p]) < median(seconds[ours + best])))
+          best = p;
+      return best;
     };
-    const int faces[6][4] = {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4},
-                             {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}};
-    for (const auto& f : faces) {
-      quads.push_back({{corner(f[0]), corner(f[1]), corner(f[2]), corner(f[3])}, polygon});
-      add(c, quads.back(), polygon++);
+    const std::size_t best = best_of(true), best_plain = best_of(false);
+    for (std::size_t t = 0; t < ours; ++t) {
+      const VisibilityCounts counts = engines[t]->counts();
+      const double exact = 1e6 * double(counts.exact) / double(counts.rays);
+      std::vector<double> ratio, ratio_plain;
+      for (std::size_t r = 0; r < seconds[t].size(); ++r) {
+        ratio.push_back(seconds[ours + best][r] / seconds[t][r]);
+        ratio_plain.push_back(seconds[ours + best_plain][r] / seconds[t][r]);
+      }
+      const double mtests = 1e-6 * double(tests) / median(seconds[t]);
+      const double peer_mtests = 1e-6 * double(tests) / median(seconds[ours + best]);
+      fmt::print(
+          "  n={:<3} {:7} {:9.2f} Mtests/s  Embree {:10} {:8.2f}  ratio {:6.2f} ({:.2f}..{:.2f}), not robust "
+          "{:6.2f}; "
+          "{:.1f} exact tests a million; {} of {} bits differ from Embree's\n",
+          n, names[t], mtests, name_of(peers[best].way), peer_mtests, median(ratio), quantile(ratio, 0),
+          quantile(ratio, 1), median(ratio_plain), exact, wrong[ours + best], tests);
+      report["rows"].push_back({{"scene", setting.scene.file},
+                                {"triangles", setting.triangles.size()},
+                                {"samples", n},
+                                {"engine", names[t]},
+                                {"tests", tests},
+                                {"mtests_per_s", mtests},
+                                {"exact_per_million", exact},
+                                {"build_s", build[t]},
+                                {"embree_best", name_of(peers[best].way)},
+                                {"embree_best_mtests_per_s", peer_mtests},
+                                {"embree_build_s", robust.build_seconds()},
+                                {"ratio", median(ratio)},
+                                {"ratio_min", quantile(ratio, 0)},
+                                {"ratio_max", quantile(ratio, 1)},
+                                {"ratio_default_flag", median(ratio_plain)},
+                                {"mismatches", wrong[t]},
+                                {"embree_mismatches", wrong[ours + best]}});
     }
-  };
-  box({-0.99, -0.99, -0.99}, {0.99, 0.99, 0.99});
-  const double most = 0.6 / std::cbrt(double(boxes) + 1);
-  for (int i = 0; i < boxes; ++i) {
-    const glm::dvec3 low(unit(random) * 1.6 - 0.95, unit(random) * 1.6 - 0.95, unit(random) * 1.6 - 0.95);
-    box(low, low + glm::dvec3(0.2 + unit(random), 0.2 + unit(random), 0.2 + unit(random)) * (most / 1.2));
+    if (o.profile)
+      for (std::size_t p = 0; p < peers.size(); ++p)
+        fmt::print("        Embree {:10} {:7} {:8.2f} Mtests/s, {} bits differ\n", name_of(peers[p].way),
+                   peers[p].robust ? "robust" : "default", 1e-6 * double(tests) / median(seconds[ours + p]),
+                   wrong[ours + p]);
+    std::fflush(stdout);
   }
-  spread(c.samples, {{{-0.2, 0.97, -0.2}, {0.2, 0.97, -0.2}, {0.2, 0.97, 0.2}, {-0.2, 0.97, 0.2}}, polygon},
-         samples);
-  for (int i = 0; i < receivers; ++i) {
-    const auto& q = quads[random() % quads.size()];
-    const double u = unit(random), v = unit(random);
-    const auto area = cross(q.corner[1] - q.corner[0], q.corner[3] - q.corner[0]);
-    c.receivers.push_back({q.corner[0] + (q.corner[1] - q.corner[0]) * u + (q.corner[3] - q.corner[0]) * v,
-                           area / std::sqrt(dot(area, area)), q.plane});
-  }
-  keep_facing(c, {0, 0.97, 0});
-  return c;
-}
-
-/// Processor time of the whole process [s]: what a busy machine does not change much.
-double cpu_seconds() {
-  rusage u{};
-  getrusage(RUSAGE_SELF, &u);
-  return double(u.ru_utime.tv_sec + u.ru_stime.tv_sec) +
-         1e-6 * double(u.ru_utime.tv_usec + u.ru_stime.tv_usec);
-}
-
-double median(std::vector<double> v) {
-  std::sort(v.begin(), v.end());
-  return v[v.size() / 2];
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  bool quick = false, profile = false;
-  int receivers = 20000;
-  clrad::DeviceOptions device_options;
-  clrad::ChopOptions chop_options;
-  std::string only, out = "out/bench/visibility.json";
-  for (int i = 1; i < argc; ++i) {
-    const std::string a = argv[i];
-    const auto value = [&] { return i + 1 < argc ? argv[++i] : "0"; };
-    if (a == "--quick")
-      quick = true;
-    else if (a == "--profile")
-      profile = true;
-    else if (a == "--cores")
-      device_options.cores = unsigned(std::atoi(value()));
-    else if (a == "--packet")
-      device_options.packet_width = unsigned(std::atoi(value()));
-    else if (a == "--receivers")
-      receivers = std::atoi(value());
-    else if (a == "--batch")
-      chop_options.rays_per_batch = unsigned(std::atoi(value()));
-    else if (a == "--slab")
-      chop_options.slab = unsigned(std::atoi(value()));
-    else if (a == "-o")
-      out = value();
-    else if (a == "--only")
-      only = value();
-    else if (a == "--cells") {
-      if (std::sscanf(value(), "%ux%ux%u", &chop_options.cells[0], &chop_options.cells[1],
-                      &chop_options.cells[2]) != 3)
-        return 2;
-    } else {
-      std::fprintf(stderr, "unknown option %s\n", a.c_str());
-      return 2;
-    }
-  }
-  if (quick) receivers = 2000;
+  Options o;
+  CLI::App app{
+      "Visibility tests a second of the engines and of Embree on the same segments with the same threads.",
+      "bench_visibility"};
+  app.add_option("files", o.files, "scenes to measure besides the generated ones");
+  app.add_option("-o,--output", o.out)->capture_default_str();
+  app.add_option("--only", o.only, "only generated scenes with this in their names");
+  app.add_option("--engines", o.engines)->capture_default_str();
+  app.add_option("--samples", o.samples)->capture_default_str();
+  app.add_option("--receivers", o.receivers, "of all shooters together, at most")->capture_default_str();
+  app.add_option("--elements", o.elements, "along the scene's longest side")->capture_default_str();
+  app.add_option("--shooters", o.shooters)->capture_default_str();
+  app.add_option("--rounds", o.rounds)->capture_default_str();
+  app.add_option("--cores", o.device.cores);
+  app.add_option("--packet", o.device.packet_width);
+  app.add_option("--run-length", o.shaft.run_length, "samples of one shaft");
+  app.add_option("--budget", o.shaft.budget, "triangles that a shaft asks sample by sample");
+  app.add_flag("--alone", o.alone, "one way of asking Embree only: for work on the engines");
+  app.add_flag("--quick", o.quick, "three rounds");
+  app.add_flag("--profile", o.profile, "every way of asking Embree, too");
+  CLI11_PARSE(app, argc, argv);
 
-  clrad::Device device(device_options);
-  nlohmann::json report;
-  report["benchmark"] = "visibility";
-  report["device"] = device.info().name;
-  report["driver"] = device.info().driver;
-  report["cores"] = device.options().cores;
-  report["packet_width"] = device.options().packet_width;
-  report["work_group_size"] = device.options().work_group_size;
+  Device device(o.device);
+  nlohmann::json report = {{"benchmark", "visibility"},
+                           {"device", device.info().name},
+                           {"driver", device.info().driver},
+                           {"cores", device.options().cores},
+                           {"packet_width", device.options().packet_width}};
   bool agree = true;
-  std::printf("%-18s %-7s %10s %9s %9s %9s %9s %9s %9s %9s\n", "scene", "engine", "triangles", "Mtests/s",
-              "best", "MAD ms", "cpu ns", "pieces/r", "pairs/r", "exact/M");
-  const Case cases[] = {cornell(receivers, 2),          cornell(receivers, 4),
-                        cornell(receivers, 8),          room(80, receivers / 8, 4, 1),
-                        room(800, receivers / 8, 4, 2), room(8000, receivers / 8, 4, 3)};
-  for (const auto& c : cases) {
-    if (!only.empty() && c.name.find(only) == std::string::npos) continue;
-    clrad::PointArray origins(device, c.receivers, "receivers"), targets(device, c.samples, "samples");
-    clrad::Segments s{&origins, nullptr, std::uint32_t(c.receivers.size()), &targets,
-                      std::uint32_t(c.samples.size())};
-    std::vector<std::uint32_t> answer;
-    for (const std::string name : {"chop", "serial"}) {
-      if (name == "serial" && c.triangles.size() > 20000) continue;
-      const auto built = Clock::now();
-      auto engine = name == "chop" ? clrad::make_chop(device, c.triangles, chop_options)
-                                   : clrad::make_engine(name, device, c.triangles);
-      device.finish();
-      const double build_s = std::chrono::duration<double>(Clock::now() - built).count();
-      clrad::Array<std::uint32_t> masks(device, std::uint64_t(s.origin_count) * s.words_per_origin(),
-                                        "masks");
-      engine->occluded(s, masks);  // warm-up, and the answer that is verified before anything is timed
-      auto bits = masks.download();
-      if (answer.empty()) answer = bits;
-      const bool same = bits == answer;
-      agree &= same;
-      device.reset_profile();
-      const auto before = engine->counts();
-      std::vector<double> ms;
-      double spent = 0;
-      const double cpu_before = cpu_seconds();
-      const int least = quick ? 2 : 5;
-      while (int(ms.size()) < least || (spent < (quick ? 0.2 : 1.0) && ms.size() < 50)) {
-        const auto start = Clock::now();
-        engine->occluded(s, masks);
-        device.finish();
-        ms.push_back(1e3 * std::chrono::duration<double>(Clock::now() - start).count());
-        spent += ms.back() * 1e-3;
-      }
-      const double cpu_ns = 1e9 * (cpu_seconds() - cpu_before) / (double(s.count()) * double(ms.size()));
-      const auto counts = engine->counts();
-      const double rays = double(counts.rays - before.rays), middle = median(ms);
-      std::vector<double> away;
-      for (double x : ms) away.push_back(std::abs(x - middle));
-      const double tests = double(s.count());
-      nlohmann::json row = {{"scene", c.name},
-                            {"engine", name},
-                            {"triangles", c.triangles.size()},
-                            {"samples", s.samples},
-                            {"segments", s.count()},
-                            {"runs", ms.size()},
-                            {"build_s", build_s},
-                            {"ms_median", middle},
-                            {"ms_min", *std::min_element(ms.begin(), ms.end())},
-                            {"ms_mad", median(away)},
-                            {"cpu_ns_per_test", cpu_ns},
-                            {"tests_per_s", tests / middle * 1e3},
-                            {"pieces_per_ray", double(counts.pieces - before.pieces) / rays},
-                            {"candidates_per_ray", double(counts.candidates - before.candidates) / rays},
-                            {"exact_per_million_rays", 1e6 * double(counts.exact - before.exact) / rays},
-                            {"same_bits", same}};
-      std::printf("%-18s %-7s %10zu %9.2f %9.2f %9.2f %9.1f %9.2f %9.1f %9.1f%s\n", c.name.c_str(),
-                  name.c_str(), c.triangles.size(), tests / middle * 1e-3,
-                  tests / double(row["ms_min"]) * 1e-3, double(row["ms_mad"]), cpu_ns,
-                  double(row["pieces_per_ray"]), double(row["candidates_per_ray"]),
-                  double(row["exact_per_million_rays"]), same ? "" : "  DIFFERENT BITS");
-      for (const auto& stage : device.profile()) {
-        const double ns = 1e9 * stage.seconds / (tests * double(ms.size()));
-        row["stages"].push_back({{"name", stage.name}, {"launches", stage.launches}, {"ns_per_ray", ns}});
-        if (profile)
-          std::printf("    %-36s %7.1f ns/ray  %6llu launches\n", stage.name.c_str(), ns,
-                      static_cast<unsigned long long>(stage.launches));
-      }
-      report["rows"].push_back(row);
-    }
-  }
-  std::filesystem::create_directories("out/bench");
-  std::ofstream(out) << report.dump(2) << '\n';
+  const auto one = [&](const std::string& name, const std::function<Scene()>& make) {
+    if (!o.only.empty() && name.find(o.only) == std::string::npos) return;
+    Scene scene = make();
+    const double extent = 2 * frame_of(scene).metres();
+    Setting setting(std::move(scene), {extent / 16, extent / o.elements});
+    setting.scene.file = name;
+    measure(o, device, setting, report, agree);
+  };
+  one("cornell", [] { return load_scene(CLRAD_SCENES "/cornell.obj"); });
+  one("office", [] { return scene_of(make_scene::office(60), "office"); });
+  one("hall", [] { return scene_of(make_scene::hall(212, 64), "hall"); });
+  for (const std::string& file : o.files) one(file, [&] { return load_scene(file); });
+  std::filesystem::create_directories(std::filesystem::path(o.out).parent_path());
+  std::ofstream(o.out) << report.dump(2) << '\n';
+  if (!agree) fmt::print(stderr, "the engines' bits differ\n");
   return agree ? 0 : 1;
 }

@@ -193,7 +193,7 @@ Image render(Device& device, const Solution& solution, const Camera& camera, con
   std::vector<std::uint32_t> planes;
   for (const auto& polygon : mesh.polygons) planes.push_back(mesh.receivers[polygon.first_vertex].plane);
   const auto triangles = occluder_triangles(solution.scene, solution.frame, planes);
-  const auto engine = make_engine("chop", device, triangles);
+  const auto engine = make_engine("shaft", device, triangles);
   return render_through(device, *engine, triangles, solution, camera, options);
 }
 
@@ -201,9 +201,7 @@ Image render_whitted(Device& device, const Scene& scene, const Camera& camera, c
   require_range(scene);
   const Frame frame = frame_of(scene);
   const auto triangles = occluder_triangles(scene, frame, plane_ids(scene));
-  // Nearly all rays go to lights, many from each point: `serial` is then the faster one, as in a solve.
-  constexpr std::size_t small_scene = 2000;
-  const auto engine = make_engine(triangles.size() <= small_scene ? "serial" : "chop", device, triangles);
+  const auto engine = make_engine("shaft", device, triangles);
   return render_whitted_through(device, *engine, triangles, scene, frame, camera, options);
 }
 

@@ -1,18 +1,22 @@
 #include "solve/check_options.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "clrad/error.hpp"
+#include "clrad/visibility.hpp"
 
 namespace clrad {
 
 void check_options(const SolveOptions& o) {
   if (!(o.converge > 0 && o.converge < 1))
     throw UsageError(fmt::format("--converge {} is not between 0 and 1", o.converge));
-  if (o.engine != "auto" && o.engine != "serial" && o.engine != "chop")
-    throw UsageError(fmt::format("--engine '{}' does not exist; choose auto, serial or chop", o.engine));
+  const std::vector<std::string> engines = engine_names();
+  if (o.engine != "auto" && std::find(engines.begin(), engines.end(), o.engine) == engines.end())
+    throw UsageError(fmt::format("--engine '{}' does not exist; choose auto or one of: {}", o.engine, fmt::join(engines, ", ")));
   if (o.light_samples > 1u << 24)
     throw UsageError(fmt::format("--light-samples {} is more than {}", o.light_samples, 1u << 24));
   if (o.sensor_rays == 0 || o.sensor_rays > 1u << 28)

@@ -33,9 +33,6 @@ double since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-// Triangles up to which testing all of them beats chopping rays into voxels (`./run bench visibility`).
-constexpr std::size_t small_scene = 2000;
-
 std::unique_ptr<VisibilityEngine> engine_for(Device& device, const std::string& name,
                                              const std::vector<OccluderTriangle>& triangles,
                                              const SolveOptions& options) {
@@ -49,12 +46,20 @@ std::uint64_t host_peak_bytes() {
   return std::uint64_t(usage.ru_maxrss) * 1024;
 }
 
+// Why this engine, and what it chose itself.
+std::string engine_account(const SolveOptions& o, const VisibilityEngine& engine) {
+  std::string why = o.engine == "auto" ? "auto: the fastest on every scene measured" : "asked for";
+  if (const std::string own = engine.account(); !own.empty()) why += "; " + own;
+  return why;
+}
+
 void write_down_options(const Device& device, const SolveOptions& o, const Mesh& mesh,
-                        const std::string& engine, Report& report) {
+                        const VisibilityEngine& engine, Report& report) {
   const char* estimators[] = {"disk", "subdisk", "exact"};
   const char* solvers[] = {"progressive", "gathering", "gauss-seidel"};
   report.options = {
-      {"engine", engine},
+      {"engine", engine.name()},
+      {"engine_account", engine_account(o, engine)},
       {"form_factor", estimators[int(o.estimator)]},
       {"samples", fmt::to_string(o.samples)},
       {"light_samples", fmt::to_string(o.light_samples)},
@@ -93,10 +98,7 @@ Solution solve(Device& device, const Scene& scene, const SolveOptions& options) 
   if (!resumed) solution.mesh = build_mesh(scene, solution.frame, planes, options.mesh);
   const auto triangles = occluder_triangles(scene, solution.frame, planes);
 
-  const std::string engine_name = options.engine != "auto"          ? options.engine
-                                  : triangles.size() <= small_scene ? "serial"
-                                                                    : "chop";
-  const auto engine = engine_for(device, engine_name, triangles, options);
+  const auto engine = engine_for(device, options.engine == "auto" ? "shaft" : options.engine, triangles, options);
   if (resumed) {
     resumed->read_mesh(solution);
   } else {
@@ -141,7 +143,7 @@ Solution solve(Device& device, const Scene& scene, const SolveOptions& options) 
   report.rays = counts.rays, report.pieces = counts.pieces, report.candidates = counts.candidates,
   report.exact_tests = counts.exact;
   report.device = device.info();
-  write_down_options(device, options, solution.mesh, engine_name, report);
+  write_down_options(device, options, solution.mesh, *engine, report);
   account_energy(state, solution);
   check_invariants(state, solution);
   judge_rows(state, solution);

@@ -1,3 +1,4 @@
+/// Shafts through a tree of boxes (kernels/visibility/shaft.cl), packets where a shaft is too full.
 #pragma once
 #include <memory>
 #include <span>
@@ -9,6 +10,11 @@ namespace clrad {
 
 struct ShaftOptions {
   std::uint32_t run_length = 32;  ///< samples of one shaft, at most 32
+  /// Triangles that a shaft may have to ask sample by sample; beyond it, samples go one by one. 0: they always do.
+  /// automatic: either, each time by which was faster on a few of the receivers.
+  std::uint32_t budget = automatic;
+
+  static constexpr std::uint32_t automatic = 0xffffffffu;
 };
 
 /// `shaft`, and what its tests and benchmarks look at.

@@ -75,10 +75,12 @@ class VisibilityEngine {
   virtual void intersect_closest(const Segments& segments, Array<std::uint32_t>& triangle,
                                  Array<float>& t) = 0;
   virtual VisibilityCounts counts() const = 0;
+  /// How it chose between ways to the same answer, and why, in a sentence; empty where it has no choice.
+  virtual std::string account() const { return {}; }
 };
 
-/// `serial` (object-serial / ray-parallel, section 1.3.1 of the paper) or `chop` (object-parallel / ray-parallel,
-/// section 1.3.2). Zero-area triangles block nothing and are dropped. The triangles' order is what results index.
+/// `serial` (object-serial / ray-parallel, section 1.3.1 of the paper), `chop` (object-parallel / ray-parallel, section
+/// 1.3.2) or `shaft` (a tree of boxes walked by hulls of many segments, and by packets; the fastest). Zero-area triangles block nothing and are dropped. The triangles' order is what results index.
 std::unique_ptr<VisibilityEngine> make_engine(const std::string& name, Device& device,
                                               std::span<const OccluderTriangle> triangles);
 std::vector<std::string> engine_names();

@@ -21,18 +21,24 @@ typedef struct clrad_segment {
   uint a_plane, b_plane;
 } clrad_segment;
 
-/* The nearest grid step of hi + lo. The whole parts are taken apart from hi and lo exactly; only the sum of the two
- * fractions is rounded. */
-static inline long clrad_snap(float hi, float lo) {
-  float h = hi * CLRAD_GRID_STEPS, l = lo * CLRAD_GRID_STEPS;
-  float h_whole = rint(h), l_whole = rint(l);
-  return convert_long(h_whole) + convert_long(l_whole) + convert_long(rint((h - h_whole) + (l - l_whole)));
+/* rint without a branch or a call, which some devices make of it: beyond 2^23 every float is whole, below it adding 2^23 rounds. */
+static inline float clrad_rint(float x) {
+  const float large = x < 0.0f ? -0x1p23f : 0x1p23f;
+  return fabs(x) < 0x1p23f ? (x + large) - large : x;
 }
 
-/* Splits a grid coordinate into hi + lo, exactly: hi is the nearest float, lo the rest (at most 2^16 steps). */
-static inline float clrad_grid_hi(long steps) { return convert_float(steps) * CLRAD_GRID_STEP; }
-static inline float clrad_grid_lo(long steps) {
-  return convert_float(steps - convert_long(convert_float(steps))) * CLRAD_GRID_STEP;
+/* The nearest grid step of hi + lo, |lo| <= 2^24 steps, again as such a pair: the nearest float to it and the rest (at most 2^16
+ * steps), which is what converting the whole number of steps to float and subtracting would give. In floats throughout, and
+ * without a branch: the whole parts are taken apart from hi and lo exactly, only the sum of the two fractions is rounded, and the
+ * last four lines are Knuth's sum of two floats with its error. */
+static inline void clrad_snap(float hi, float lo, float* snapped, float* snapped_lo) {
+  const float h = hi * CLRAD_GRID_STEPS, l = lo * CLRAD_GRID_STEPS;
+  const float h_whole = clrad_rint(h), l_whole = clrad_rint(l);
+  const float rest = l_whole + clrad_rint((h - h_whole) + (l - l_whole));
+  const float sum = h_whole + rest, part = sum - h_whole;
+  const float error = (h_whole - (sum - part)) + (rest - part);
+  *snapped = sum * CLRAD_GRID_STEP;
+  *snapped_lo = error * CLRAD_GRID_STEP;
 }
 
 /* The grid coordinates of a snapped position hi + lo. */
@@ -44,19 +50,26 @@ static inline clrad_grid_point clrad_grid_position(float x, float y, float z, fl
   return p;
 }
 
-static inline clrad_grid_point clrad_snap_point(__global const CLRAD_POINT_T* p) {
-  clrad_grid_point g;
+/* One end of a segment: a point snapped. */
+typedef struct clrad_end {
+  float x, y, z, x_lo, y_lo, z_lo;
+  uint plane;
+} clrad_end;
+
+static inline clrad_end clrad_snap_point(__global const CLRAD_POINT_T* p) {
+  clrad_end e;
 #ifdef CLRAD_FP64
-  float x = (float)p->x, y = (float)p->y, z = (float)p->z;
-  g.x = clrad_snap(x, (float)((p->x - x) + p->x_lo));
-  g.y = clrad_snap(y, (float)((p->y - y) + p->y_lo));
-  g.z = clrad_snap(z, (float)((p->z - z) + p->z_lo));
+  const float x = (float)p->x, y = (float)p->y, z = (float)p->z;
+  clrad_snap(x, (float)((p->x - x) + p->x_lo), &e.x, &e.x_lo);
+  clrad_snap(y, (float)((p->y - y) + p->y_lo), &e.y, &e.y_lo);
+  clrad_snap(z, (float)((p->z - z) + p->z_lo), &e.z, &e.z_lo);
 #else
-  g.x = clrad_snap(p->x, p->x_lo);
-  g.y = clrad_snap(p->y, p->y_lo);
-  g.z = clrad_snap(p->z, p->z_lo);
+  clrad_snap(p->x, p->x_lo, &e.x, &e.x_lo);
+  clrad_snap(p->y, p->y_lo, &e.y, &e.y_lo);
+  clrad_snap(p->z, p->z_lo, &e.z, &e.z_lo);
 #endif
-  return g;
+  e.plane = p->plane;
+  return e;
 }
 
 /* Segment r of `Segments` (clrad/visibility.hpp): with samples > 0, chosen origin r / samples and target r % samples;
@@ -68,22 +81,9 @@ static inline uint clrad_segment_origin(__global const uint* active, uint use_ac
 }
 
 static inline clrad_segment clrad_make_segment(__global const CLRAD_POINT_T* origin, __global const CLRAD_POINT_T* target) {
-  clrad_grid_point a = clrad_snap_point(origin), b = clrad_snap_point(target);
-  clrad_segment s;
-  s.ax = clrad_grid_hi(a.x);
-  s.ay = clrad_grid_hi(a.y);
-  s.az = clrad_grid_hi(a.z);
-  s.ax_lo = clrad_grid_lo(a.x);
-  s.ay_lo = clrad_grid_lo(a.y);
-  s.az_lo = clrad_grid_lo(a.z);
-  s.bx = clrad_grid_hi(b.x);
-  s.by = clrad_grid_hi(b.y);
-  s.bz = clrad_grid_hi(b.z);
-  s.bx_lo = clrad_grid_lo(b.x);
-  s.by_lo = clrad_grid_lo(b.y);
-  s.bz_lo = clrad_grid_lo(b.z);
-  s.a_plane = origin->plane;
-  s.b_plane = target->plane;
+  const clrad_end a = clrad_snap_point(origin), b = clrad_snap_point(target);
+  const clrad_segment s = {a.x,    a.y,    a.z,    a.x_lo, a.y_lo,  a.z_lo, b.x,
+                           b.y,    b.z,    b.x_lo, b.y_lo, b.z_lo, a.plane, b.plane};
   return s;
 }
 

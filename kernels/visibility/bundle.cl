@@ -76,15 +76,15 @@ __kernel void bundle_targets(uint lanes, uint n, uint first, __global const CLRA
   const uint i = get_global_id(0);
   if (i >= lanes) return;
   __global const CLRAD_POINT_T* point = points + first + min(i, n - 1u);
-  const clrad_grid_point g = clrad_snap_point(point);
+  const clrad_end end = clrad_snap_point(point);
   __global uint* e = to + i / CLRAD_WIDTH * (END_WORDS * CLRAD_WIDTH) + i % CLRAD_WIDTH;
-  e[0 * CLRAD_WIDTH] = as_uint(clrad_grid_hi(g.x));
-  e[1 * CLRAD_WIDTH] = as_uint(clrad_grid_hi(g.y));
-  e[2 * CLRAD_WIDTH] = as_uint(clrad_grid_hi(g.z));
-  e[3 * CLRAD_WIDTH] = as_uint(clrad_grid_lo(g.x));
-  e[4 * CLRAD_WIDTH] = as_uint(clrad_grid_lo(g.y));
-  e[5 * CLRAD_WIDTH] = as_uint(clrad_grid_lo(g.z));
-  e[6 * CLRAD_WIDTH] = point->plane;
+  e[0 * CLRAD_WIDTH] = as_uint(end.x);
+  e[1 * CLRAD_WIDTH] = as_uint(end.y);
+  e[2 * CLRAD_WIDTH] = as_uint(end.z);
+  e[3 * CLRAD_WIDTH] = as_uint(end.x_lo);
+  e[4 * CLRAD_WIDTH] = as_uint(end.y_lo);
+  e[5 * CLRAD_WIDTH] = as_uint(end.z_lo);
+  e[6 * CLRAD_WIDTH] = end.plane;
   e[7 * CLRAD_WIDTH] = 0;
 }
 

@@ -26,15 +26,15 @@ __kernel void chop_ends(uint n, uint first, __global const CLRAD_POINT_T* points
   uint i = get_global_id(0);
   if (i >= n) return;
   __global const CLRAD_POINT_T* point = points + (use_active ? active[first + i] : first + i);
-  clrad_grid_point g = clrad_snap_point(point);
+  const clrad_end end = clrad_snap_point(point);
   __global uint* e = ends + i * END_WORDS;
-  e[0] = as_uint(clrad_grid_hi(g.x));
-  e[1] = as_uint(clrad_grid_hi(g.y));
-  e[2] = as_uint(clrad_grid_hi(g.z));
-  e[3] = as_uint(clrad_grid_lo(g.x));
-  e[4] = as_uint(clrad_grid_lo(g.y));
-  e[5] = as_uint(clrad_grid_lo(g.z));
-  e[6] = point->plane;
+  e[0] = as_uint(end.x);
+  e[1] = as_uint(end.y);
+  e[2] = as_uint(end.z);
+  e[3] = as_uint(end.x_lo);
+  e[4] = as_uint(end.y_lo);
+  e[5] = as_uint(end.z_lo);
+  e[6] = end.plane;
   e[7] = 0;
 }
 

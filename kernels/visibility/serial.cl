@@ -38,14 +38,14 @@ __kernel void serial_occluded(__global const CLRAD_POINT_T* origins, __global co
     valid_lanes[lane] = chosen < origin_count ? -1 : 0;
     chosen = chosen < origin_count ? chosen : origin_count - 1;
     __global const CLRAD_POINT_T* p = origins + (use_active ? active[chosen] : chosen);
-    clrad_segment s = clrad_make_segment(p, p);
-    a[0][lane] = s.ax;
-    a[1][lane] = s.ay;
-    a[2][lane] = s.az;
-    a[3][lane] = s.ax_lo;
-    a[4][lane] = s.ay_lo;
-    a[5][lane] = s.az_lo;
-    a_plane_lanes[lane] = (int)s.a_plane;
+    const clrad_end s = clrad_snap_point(p);
+    a[0][lane] = s.x;
+    a[1][lane] = s.y;
+    a[2][lane] = s.z;
+    a[3][lane] = s.x_lo;
+    a[4][lane] = s.y_lo;
+    a[5][lane] = s.z_lo;
+    a_plane_lanes[lane] = (int)s.plane;
   }
   const clrad_floats ax = CLRAD_LOAD(a[0]), ay = CLRAD_LOAD(a[1]), az = CLRAD_LOAD(a[2]);
   const clrad_floats ax_lo = CLRAD_LOAD(a[3]), ay_lo = CLRAD_LOAD(a[4]), az_lo = CLRAD_LOAD(a[5]);
@@ -63,18 +63,18 @@ __kernel void serial_occluded(__global const CLRAD_POINT_T* origins, __global co
     for (uint k = 0; k < CHUNK; ++k) {
       const uint sample = first + begin + min(k, in_chunk - 1);
       __global const CLRAD_POINT_T* p = targets + (use_active_targets ? active_targets[sample] : sample);
-      clrad_segment s = clrad_make_segment(p, p);
-      b[0][k] = s.ax;
-      b[1][k] = s.ay;
-      b[2][k] = s.az;
-      b[3][k] = s.ax_lo;
-      b[4][k] = s.ay_lo;
-      b[5][k] = s.az_lo;
-      b_plane[k] = s.a_plane;
-      one_plane &= s.a_plane == b_plane[0];
-      dx[k] = CLRAD_DIFFERENCE(s.ax, s.ax_lo, ax, ax_lo);
-      dy[k] = CLRAD_DIFFERENCE(s.ay, s.ay_lo, ay, ay_lo);
-      dz[k] = CLRAD_DIFFERENCE(s.az, s.az_lo, az, az_lo);
+      const clrad_end s = clrad_snap_point(p);
+      b[0][k] = s.x;
+      b[1][k] = s.y;
+      b[2][k] = s.z;
+      b[3][k] = s.x_lo;
+      b[4][k] = s.y_lo;
+      b[5][k] = s.z_lo;
+      b_plane[k] = s.plane;
+      one_plane &= s.plane == b_plane[0];
+      dx[k] = CLRAD_DIFFERENCE(s.x, s.x_lo, ax, ax_lo);
+      dy[k] = CLRAD_DIFFERENCE(s.y, s.y_lo, ay, ay_lo);
+      dz[k] = CLRAD_DIFFERENCE(s.z, s.z_lo, az, az_lo);
       const clrad_floats mx = fabs(dx[k]), my = fabs(dy[k]), mz = fabs(dz[k]), mxy = CLRAD_MAX(mx, my);
       size[k] = CLRAD_MAX(mxy, mz);
     }

@@ -184,40 +184,90 @@ __kernel void tree_merge(uint count, uint room, uint first_node, uint left, __gl
   for (int c = 0; c < 6; ++c) CLUSTERS(next_boxes, c, room)[at] = b[c];
 }
 
-/* The tree as it is walked, depth first: 16 words a node, for each child the low corner, a number, the high corner, a
- * number: of an inner node (0 triangles) its place, of a leaf its first triangle and how many there are.
- * Nodes [first, first + count), the later made before the earlier ones: place[i] (of the node; CLRAD_NONE inside a leaf)
- * and begin[i] (its first triangle) are known. order[k]: which triangle is the k-th. */
-__kernel void tree_lay_out(uint first, uint count, uint n, __global const uint* nodes, __global uint* place,
-                           __global uint* begin, __global uint* walked, __global uint* order) {
+/* The first triangle below each of the nodes [first, first + count), whose own is known: later ones come before earlier ones.
+ * order[k]: which triangle is the k-th, depth first. */
+__kernel void tree_begin(uint first, uint count, uint n, __global const uint* nodes, __global uint* begin,
+                         __global uint* order) {
   if (get_global_id(0) >= count) return;
   const uint i = first + get_global_id(0);
-  __global const uint* node = nodes + (ulong)NODE_WORDS * i;
-  const uint at = place[i];
-  const int lone = node[9] == 0 && i == 2 * n - 2; /* the root is an inner node whatever it costs, then of two leaves */
-  const int inner = at != CLRAD_NONE && (node[9] != 0 || lone);
-  uint next = at + 1, triangle = begin[i];
+  uint triangle = begin[i];
   for (uint k = 0; k < 2; ++k) {
-    const uint child = node[6 + k];
+    const uint child = nodes[(ulong)NODE_WORDS * i + 6 + k];
     __global const uint* c = nodes + (ulong)NODE_WORDS * child;
-    const uint triangles = c[8], nodes_below = child < n || lone ? 0 : c[9];
-    if (child < n)
-      order[triangle] = c[6];
-    else {
-      begin[child] = triangle;
-      place[child] = inner && nodes_below ? next : CLRAD_NONE;
-    }
-    if (inner) {
-      __global uint* w = walked + (ulong)16 * at + 8 * k;
-      for (uint a = 0; a < 3; ++a) {
-        w[a] = c[a];
-        w[4 + a] = c[3 + a];
+    if (child < n) order[triangle] = c[6];
+    begin[child] = triangle;
+    triangle += c[8];
+  }
+}
+
+/* The tree as it is walked: WIDE children a node, so that one vector tests their boxes. A node: six rows of WIDE coordinates (low x
+ * y z, high x y z), then a code for each child: an inner node's place << 3, or a leaf's first triangle << 3 | how many; a child
+ * that is not there has its box inside out. */
+#define WIDE 8
+#define WIDE_WORDS 64
+
+static inline int is_leaf(__global const uint* nodes, uint n, uint i) {
+  return i < n || nodes[(ulong)NODE_WORDS * i + 9] == 0;
+}
+
+static inline float area_of(__global const uint* node) {
+  const float dx = as_float(node[3]) - as_float(node[0]), dy = as_float(node[4]) - as_float(node[1]),
+              dz = as_float(node[5]) - as_float(node[2]);
+  return dx * dy + dy * dz + dz * dx;
+}
+
+/* One level of wide nodes: node first + i stands for the pair level[i]. Its two children give way to theirs, the largest box first,
+ * until there are WIDE of them or only leaves. child[WIDE i ..]: what they are; inner[i]: how many are no leaves. */
+__kernel void tree_widen(uint count, uint n, uint first, __global const uint* level, __global const uint* nodes,
+                         __global const uint* begin, __global uint* wide, __global uint* child, __global uint* inner) {
+  const uint i = get_global_id(0);
+  if (i >= count) return;
+  __global const uint* top = nodes + (ulong)NODE_WORDS * level[i];
+  uint chosen[WIDE], many = 2;
+  chosen[0] = top[6];
+  chosen[1] = top[7];
+  while (many < WIDE) {
+    uint largest = WIDE;
+    float area = -1.0f;
+    for (uint k = 0; k < many; ++k) {
+      if (is_leaf(nodes, n, chosen[k])) continue;
+      const float mine = area_of(nodes + (ulong)NODE_WORDS * chosen[k]);
+      if (largest == WIDE || mine > area) {
+        area = mine;
+        largest = k;
       }
-      w[3] = nodes_below ? next : triangle;
-      w[7] = nodes_below ? 0 : triangles;
-      next += nodes_below;
     }
-    triangle += triangles;
+    if (largest == WIDE) break;
+    __global const uint* split = nodes + (ulong)NODE_WORDS * chosen[largest];
+    chosen[largest] = split[6];
+    chosen[many++] = split[7];
+  }
+  __global uint* w = wide + (ulong)WIDE_WORDS * (first + i);
+  uint inner_ones = 0;
+  for (uint k = 0; k < WIDE; ++k) {
+    const int there = k < many;
+    const uint c = there ? chosen[k] : CLRAD_NONE;
+    __global const uint* node = nodes + (ulong)NODE_WORDS * (there ? c : 0);
+    for (uint a = 0; a < 6; ++a) w[WIDE * a + k] = there ? node[a] : as_uint(a < 3 ? FAR : -FAR);
+    const int leaf = there && is_leaf(nodes, n, c);
+    w[6 * WIDE + k] = leaf ? begin[c] << 3 | node[8] : 0;
+    inner_ones += there && !leaf;
+    child[WIDE * i + k] = there && !leaf ? c : CLRAD_NONE;
+  }
+  inner[i] = inner_ones;
+}
+
+/* Codes of the inner children of a level, which are the next level from node `next` on; offsets: exclusive sums of inner. */
+__kernel void tree_link(uint count, uint first, uint next, __global const uint* child, __global const uint* offsets,
+                        __global uint* wide, __global uint* next_level) {
+  const uint i = get_global_id(0);
+  if (i >= count) return;
+  uint at = offsets[i];
+  for (uint k = 0; k < WIDE; ++k) {
+    const uint c = child[WIDE * i + k];
+    if (c == CLRAD_NONE) continue;
+    wide[(ulong)WIDE_WORDS * (first + i) + 6 * WIDE + k] = (next + at) << 3;
+    next_level[at++] = c;
   }
 }
 

@@ -103,6 +103,8 @@ TEST(HardCrowded, PolygonsThatSpanTheWholeGrid) {
     verdict.count(expected.size(), differences(ask(device, *chop, s), expected),
                   fmt::format("{} cells along y", chop->grid().cells[1]));
   }
+  verdict.count(expected.size(),
+                differences(ask(device, *make_engine("shaft", device, s.triangles), s), expected), "shaft");
 }
 
 // Two boxes side by side, a gap between them; straight down through it there is nothing in the way for any gap of a few grid
@@ -114,7 +116,7 @@ TEST(HardCrowded, NeedleThinGapsBetweenBoxes) {
   std::mt19937_64 random(13);
   std::uniform_real_distribution<double> unit(0, 1);
   for (const double half : {0.0, 2 * 0x1p-38, 0x1p-31, 1e-6, 1e-3})
-    for (const std::string engine : {"serial", "chop"}) {
+    for (const std::string& engine : engine_names()) {
       Setting s;
       test::add_box(s.triangles, {-0.5, -0.5, -0.25}, {-half, 0.5, 0.25});
       test::add_box(s.triangles, {half, -0.5, -0.25}, {0.5, 0.5, 0.25});
@@ -158,7 +160,7 @@ TEST(HardCrowded, CoplanarDuplicates) {
   std::vector<std::uint32_t> first;
   std::vector<float> first_t;
   for (const int copies : {1, 2, 17, 1000})
-    for (const std::string name : {"serial", "chop"}) {
+    for (const std::string& name : engine_names()) {
       s.triangles.assign(std::size_t(copies), wall);
       const auto engine = make_engine(name, device, s.triangles);
       const PointArray from(device, s.from, "origins"), to(device, s.to, "targets");
@@ -198,10 +200,9 @@ TEST(HardCrowded, NotANumberInfinityAndMinusZeroInEveryField) {
       for (int corner = 0; corner < 3; ++corner) {
         OccluderTriangle t{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, 0, 0};
         t.corner[corner][axis] = bad;
-        refused([&] { make_engine("serial", device, std::vector<OccluderTriangle>{t}); },
-                "a triangle, " + where);
-        refused([&] { make_engine("chop", device, std::vector<OccluderTriangle>{t}); },
-                "a triangle, " + where);
+        for (const std::string& name : engine_names())
+          refused([&] { make_engine(name, device, std::vector<OccluderTriangle>{t}); },
+                  "a triangle, " + name + ", " + where);
       }
       SolveOptions options;
       options.mesh = {1, 1};
@@ -228,10 +229,10 @@ TEST(HardCrowded, NotANumberInfinityAndMinusZeroInEveryField) {
     for (auto& c : t.corner) negate(c);
   for (auto& p : minus.from) negate(p.position);
   for (auto& p : minus.to) negate(p.position);
-  for (const char* name : {"serial", "chop"}) {
+  for (const std::string& name : engine_names()) {
     const auto a = ask(device, *make_engine(name, device, s.triangles), s),
                b = ask(device, *make_engine(name, device, minus.triangles), minus);
-    verdict.count(a.size(), differences(a, b), std::string("-0, ") + name);
+    verdict.count(a.size(), differences(a, b), "-0, " + name);
   }
   Scene zeros = oracle::box_scene({1, 1, 1}, {0.5}, {1}), others = zeros;
   for (auto& polygon : others.polygons)

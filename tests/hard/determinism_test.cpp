@@ -114,7 +114,9 @@ TEST(HardDeterminism, SameBitsHoweverTheWorkIsDivided) {
     room.options.engine = "serial";
     const auto first = numbers(solve(device_with(0), room.scene, room.options));
     const auto way = std::size_t(pick(0, 6));
-    if (pick(0, 2) == 1) {
+    const auto engine = pick(0, 3);
+    if (engine == 2) room.options.engine = "shaft";
+    if (engine == 1) {
       room.options.engine = "chop";
       room.options.rays_per_batch = std::uint32_t(pick(0, 4) * 700);
       if (pick(0, 2) == 1)

@@ -120,7 +120,7 @@ TEST(HardVisibleLight, ThroughTheCommandLine) {
     ++number;
     if (!test::long_tests() && number != 3 && number != 8) continue;  // the 2 km knife edge; contact
     const OccludedQuestion q = question_of(c, 8192);
-    for (const char* engine : {"serial", "chop"})
+    for (const char* engine : {"serial", "chop", "shaft"})
       judge(sampled, exact, c, q, test::command_line_irradiance(q.scene, q.options, {"--engine", engine}),
             fmt::format(", {}", engine));
   }
@@ -131,7 +131,7 @@ TEST(HardVisibleLight, NothingLeavesOrEntersAClosedBox) {
                    "Light leaks through edges and corners of a closed box");
   const auto data = oracle::reference("d_hard_cases.json");
   for (const char* id : {"D-leak-box-around-light", "D-leak-light-outside"})
-    for (const char* engine : {"serial", "chop"})
+    for (const char* engine : {"serial", "chop", "shaft"})
       for (const Precision precision : {Precision::float32, Precision::float64}) {
         const auto& c = oracle::reference_case(data, id);
         ObjScene scene;
@@ -160,7 +160,7 @@ TEST(HardVisibleLight, DuplicateOccluders) {
   const Sensor sensor{oracle::vec(c["point"]), oracle::vec(c["normal"])};
   q.options = test::lamp_options(1, 16, {sensor});
   q.options.sensor_rays = 65536;
-  for (const char* engine : {"serial", "chop"})
+  for (const char* engine : {"serial", "chop", "shaft"})
     for (const int copies : {1, 2, -2, 300}) {
       ObjScene scene;
       scene.lamp(q.lamp);
