@@ -202,7 +202,7 @@ __kernel void tree_begin(uint first, uint count, uint n, __global const uint* no
 
 /* The tree as it is walked: WIDE children a node, so that one vector tests their boxes. A node: six rows of WIDE coordinates (low x
  * y z, high x y z), then a code for each child: an inner node's place << 3, or a leaf's first triangle << 3 | how many; a child
- * that is not there has its box inside out. */
+ * that is not there has its box inside out and the code 0. Eight spare words fill the cache lines. */
 #define WIDE 8
 #define WIDE_WORDS 64
 
@@ -250,6 +250,7 @@ __kernel void tree_widen(uint count, uint n, uint first, __global const uint* le
     __global const uint* node = nodes + (ulong)NODE_WORDS * (there ? c : 0);
     for (uint a = 0; a < 6; ++a) w[WIDE * a + k] = there ? node[a] : as_uint(a < 3 ? FAR : -FAR);
     const int leaf = there && is_leaf(nodes, n, c);
+    w[7 * WIDE + k] = 0;
     w[6 * WIDE + k] = leaf ? begin[c] << 3 | node[8] : 0;
     inner_ones += there && !leaf;
     child[WIDE * i + k] = there && !leaf ? c : CLRAD_NONE;

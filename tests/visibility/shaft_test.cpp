@@ -86,7 +86,8 @@ TEST(Shaft, ChoosesByMeasuringWhereAStepIsLongAndSaysSo) {
   const auto expected = masks_of(device, *told, s, 16);
   EXPECT_EQ(masks_of(device, *measured, s, 16), expected);  // the first warms up
   EXPECT_EQ(masks_of(device, *measured, s, 16), expected);
-  EXPECT_NE(measured->account().find(" 1 steps"), std::string::npos) << measured->account();
+  const std::string said = measured->account();
+  EXPECT_TRUE(said.starts_with("shafts in 1 steps, packets in 0:") || said.starts_with("shafts in 0 steps, packets in 1:")) << said;
 }
 
 TEST(Shaft, NearestHitsAreThoseOfSerial) {
