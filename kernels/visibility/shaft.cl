@@ -317,14 +317,16 @@ static inline int walk(question* q, const run* r, const shaft* s, uint budget, _
  * 1986) where the lanes are and not where their hull is. What depends on the sample and the triangle alone is scalar: the tests
  * are those of shared/triangle.cl with the sample as a and D = receiver - sample, and the receivers' sides as
  *   S_b = S_a + N . D, off by E_S of both: 8u normal_size (|A|_1 + |D|_1).
- * Boxes are padded by PACKET_PAD: an origin is off by 2^-23 (its low part), a direction by 2u of at most 8, a crossing by 3u of
- * the same. */
+ * Boxes are padded by PACKET_PAD: an origin is off by 2^-23 (its low part), a direction by 2u of at most 8, a crossing (a coordinate
+ * and the origin, at most 4 each and rounded, times 1 / D, their sum rounded) by what moves the plane by 20u. Together that is
+ * 2.3e-6 at most, and the pad 3.8e-6. */
 #define PACKET_PAD 0x1p-18f
 
 typedef struct sample_packet {
   float x, y, z, x_lo, y_lo, z_lo;
   clrad_floats dx, dy, dz, size, norm;
   uint plane;
+  run alone; /* the sample as a run of one */
 } sample_packet;
 
 /* Lanes of `live` that the triangle blocks. */
@@ -365,27 +367,46 @@ static inline clrad_ints blocked_of_packet(question* q, const sample_packet* p, 
   clrad_ints hit = (CLRAD_IS(least > error) | CLRAD_IS(most < -error)) & ((front_b & back_a) | (back_b & front_a)) & live;
   const clrad_ints undecided = live & ~hit;
   if (clrad_bits_of_any(undecided) != 0) {
-    int undecided_lanes[CLRAD_WIDTH], blocked_lanes[CLRAD_WIDTH];
-    CLRAD_STORE(undecided, undecided_lanes);
-    for (uint lane = 0; lane < CLRAD_WIDTH; ++lane) {
-      blocked_lanes[lane] = 0;
-      if (undecided_lanes[lane] == 0) continue;
-      /* Triangles beside the receiver are told better from there: the bound grows with the distance. */
-      blocked_lanes[lane] = clrad_test(segment_of(q, lane, k), *t, *f, &q->undecided_count) ? -1 : 0;
-    }
-    hit |= CLRAD_LOAD(blocked_lanes);
+    /* A triangle beside the receiver is told better from there: the bound grows with the distance. */
+    const clrad_ints others = q->todo, bit = 1 << k;
+    q->todo = undecided & bit;
+    ask_triangle(q, &p->alone, t, f);
+    hit |= undecided & CLRAD_IS((q->todo & bit) == 0);
+    q->todo = others;
   }
   return hit;
 }
 
 /* Lanes whose segment may meet child k's box. */
-static inline clrad_ints meets_padded(const sample_packet* p, clrad_floats ix, clrad_floats iy, clrad_floats iz,
-                                      __global const float* node, uint k) {
-  /* NaN, where a segment moves along a face, loses every comparison: that axis then says nothing. */
-  const clrad_floats x0 = (node[k] - (p->x + PACKET_PAD)) * ix, x1 = (node[3 * WIDE + k] - (p->x - PACKET_PAD)) * ix;
-  const clrad_floats y0 = (node[WIDE + k] - (p->y + PACKET_PAD)) * iy, y1 = (node[4 * WIDE + k] - (p->y - PACKET_PAD)) * iy;
-  const clrad_floats z0 = (node[2 * WIDE + k] - (p->z + PACKET_PAD)) * iz,
-                     z1 = (node[5 * WIDE + k] - (p->z - PACKET_PAD)) * iz;
+typedef struct slabs {
+  clrad_floats ix, iy, iz, low_x, low_y, low_z, high_x, high_y, high_z; /* crossings: coordinate * i + low or high */
+} slabs;
+
+/* 1 / d; where a segment does not move along the axis, so much that both crossings are far outside it unless it lies between
+ * them, and no infinity whose difference would be none. Other components are 2^-38 at least. */
+static inline clrad_floats inverse(clrad_floats d) {
+  const clrad_floats none = 1e30f, one = 1.0f / d;
+  return CLRAD_IS(d == 0.0f) ? none : one;
+}
+
+static inline slabs slabs_of(const sample_packet* p) {
+  slabs s;
+  s.ix = inverse(p->dx);
+  s.iy = inverse(p->dy);
+  s.iz = inverse(p->dz);
+  s.low_x = -(p->x + PACKET_PAD) * s.ix;
+  s.low_y = -(p->y + PACKET_PAD) * s.iy;
+  s.low_z = -(p->z + PACKET_PAD) * s.iz;
+  s.high_x = -(p->x - PACKET_PAD) * s.ix;
+  s.high_y = -(p->y - PACKET_PAD) * s.iy;
+  s.high_z = -(p->z - PACKET_PAD) * s.iz;
+  return s;
+}
+
+static inline clrad_ints meets_padded(const slabs* s, __global const float* node, uint k) {
+  const clrad_floats x0 = node[k] * s->ix + s->low_x, x1 = node[3 * WIDE + k] * s->ix + s->high_x;
+  const clrad_floats y0 = node[WIDE + k] * s->iy + s->low_y, y1 = node[4 * WIDE + k] * s->iy + s->high_y;
+  const clrad_floats z0 = node[2 * WIDE + k] * s->iz + s->low_z, z1 = node[5 * WIDE + k] * s->iz + s->high_z;
   const clrad_floats near_x = CLRAD_MIN(x0, x1), near_y = CLRAD_MIN(y0, y1), near_z = CLRAD_MIN(z0, z1);
   const clrad_floats far_x = CLRAD_MAX(x0, x1), far_y = CLRAD_MAX(y0, y1), far_z = CLRAD_MAX(z0, z1);
   clrad_floats begin = 0.0f, end = 1.0f;
@@ -426,13 +447,14 @@ static inline void walk_packet(question* q, uint k, float8 receivers, uint* rece
   p.size = q->size[k];
   p.norm = CLRAD_NORM_1(p.dx, p.dy, p.dz);
   p.plane = B_PLANE(q, k);
+  run_of_samples(q, k, k + 1, &p.alone);
   clrad_ints live = asked;
   for (uint i = 0; i < RECENT && recent[i] != CLRAD_NONE; ++i) {
     const clrad_ints hit = blocked_of_packet(q, &p, k, live, triangles + recent[i], facets + recent[i]);
     live &= ~hit;
     if (clrad_bits_of_any(live) == 0) break;
   }
-  const clrad_floats ix = 1.0f / p.dx, iy = 1.0f / p.dy, iz = 1.0f / p.dz;
+  const slabs lanes = slabs_of(&p);
   const shaft s = shaft_between(receivers, (float8)(p.x, p.y, p.z, 0, p.x, p.y, p.z, 0));
   uint stack[STACK];
   uint top = 1;
@@ -443,7 +465,7 @@ static inline void walk_packet(question* q, uint k, float8 receivers, uint* rece
     uint met = children_met(&s, boxes);
     for (; met; met &= met - 1) {
       const uint child = lowest_bit(met), code = node[6 * WIDE + child], in_leaf = code & 7u, first = code >> 3;
-      if (clrad_bits_of_any(meets_padded(&p, ix, iy, iz, boxes, child) & live) == 0) continue;
+      if (clrad_bits_of_any(meets_padded(&lanes, boxes, child) & live) == 0) continue;
       if (in_leaf == 0) {
         stack[top++] = first;
         continue;
@@ -599,7 +621,7 @@ __kernel void shaft_occluded_pairs(__global const CLRAD_POINT_T* origins, __glob
   }
   packet p;
   load_packet(s, &p);
-  const clrad_floats ix = 1.0f / p.dx, iy = 1.0f / p.dy, iz = 1.0f / p.dz;
+  const clrad_floats ix = inverse(p.dx), iy = inverse(p.dy), iz = inverse(p.dz);
   clrad_ints live = CLRAD_LOAD(live_lanes), blocked = 0;
   uint undecided_count = 0, asked = 0, in_leaf;
   packet_walk w;
@@ -656,7 +678,7 @@ __kernel void shaft_closest(__global const CLRAD_POINT_T* origins, __global cons
   }
   packet p;
   load_packet(s, &p);
-  const clrad_floats ix = 1.0f / p.dx, iy = 1.0f / p.dy, iz = 1.0f / p.dz;
+  const clrad_floats ix = inverse(p.dx), iy = inverse(p.dy), iz = inverse(p.dz);
   uint undecided_count = 0, asked = 0, in_leaf;
   packet_walk w;
   w.stack[0] = 0;
