@@ -31,7 +31,8 @@ void add_arguments(CLI::App& verb, SolveArguments& a) {
   verb.add_flag("--strict", a.solve.strict, "a violated invariant is an error");
 
   const char* accuracy = "Accuracy";
-  verb.add_option("--engine", a.solve.engine, "visibility: auto, serial, chop or shaft; all give the same bits")
+  verb.add_option("--engine", a.solve.engine,
+                  "visibility: auto, serial, chop or shaft; all give the same bits")
       ->capture_default_str()
       ->group(accuracy);
   verb.add_option("--grid", a.grid,

@@ -16,7 +16,8 @@ void check_options(const SolveOptions& o) {
     throw UsageError(fmt::format("--converge {} is not between 0 and 1", o.converge));
   const std::vector<std::string> engines = engine_names();
   if (o.engine != "auto" && std::find(engines.begin(), engines.end(), o.engine) == engines.end())
-    throw UsageError(fmt::format("--engine '{}' does not exist; choose auto or one of: {}", o.engine, fmt::join(engines, ", ")));
+    throw UsageError(fmt::format("--engine '{}' does not exist; choose auto or one of: {}", o.engine,
+                                 fmt::join(engines, ", ")));
   if (o.light_samples > 1u << 24)
     throw UsageError(fmt::format("--light-samples {} is more than {}", o.light_samples, 1u << 24));
   if (o.sensor_rays == 0 || o.sensor_rays > 1u << 28)

@@ -98,7 +98,8 @@ Solution solve(Device& device, const Scene& scene, const SolveOptions& options) 
   if (!resumed) solution.mesh = build_mesh(scene, solution.frame, planes, options.mesh);
   const auto triangles = occluder_triangles(scene, solution.frame, planes);
 
-  const auto engine = engine_for(device, options.engine == "auto" ? "shaft" : options.engine, triangles, options);
+  const auto engine =
+      engine_for(device, options.engine == "auto" ? "shaft" : options.engine, triangles, options);
   if (resumed) {
     resumed->read_mesh(solution);
   } else {

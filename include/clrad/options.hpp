@@ -69,7 +69,8 @@ struct SolveOptions {
   Solver solver = Solver::progressive;
   Closure closure = Closure::automatic;
   std::uint32_t shooters = 1;  ///< of the progressive solver: the k brightest patches are chosen at a time
-  std::string engine = "auto";          ///< serial, chop, shaft, or auto: shaft, the fastest, all of whose bits are the same
+  std::string engine =
+      "auto";  ///< serial, chop, shaft, or auto: shaft, the fastest, all of whose bits are the same
   std::array<std::uint32_t, 3> grid{};  ///< voxels of `chop` along x, y, z; 0: by its cost model
   std::uint32_t rays_per_batch = 0;     ///< of `chop`; 0: its own choice
   Estimator estimator = Estimator::exact;

@@ -87,7 +87,9 @@ TEST(Shaft, ChoosesByMeasuringWhereAStepIsLongAndSaysSo) {
   EXPECT_EQ(masks_of(device, *measured, s, 16), expected);  // the first warms up
   EXPECT_EQ(masks_of(device, *measured, s, 16), expected);
   const std::string said = measured->account();
-  EXPECT_TRUE(said.starts_with("shafts in 1 steps, packets in 0:") || said.starts_with("shafts in 0 steps, packets in 1:")) << said;
+  EXPECT_TRUE(said.starts_with("shafts in 1 steps, packets in 0:") ||
+              said.starts_with("shafts in 0 steps, packets in 1:"))
+      << said;
 }
 
 TEST(Shaft, NearestHitsAreThoseOfSerial) {
