@@ -112,7 +112,7 @@ TEST(HardVisibleLight, PenumbraUmbraContactAndPartition) {
 }
 
 TEST(HardVisibleLight, ThroughTheCommandLine) {
-  HardCase sampled("Penumbra by `clrad solve --sensors`, both engines",
+  HardCase sampled("Penumbra by `clrad solve --sensors`, all engines",
                    "The program's defaults differ from what was tested"),
       exact("Umbra, full light and contact by the same", "As above");
   std::size_t number = 0;
