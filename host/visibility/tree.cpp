@@ -83,7 +83,7 @@ Array<std::uint32_t> widen(Device& device, std::uint32_t n, std::uint32_t pairs,
 
 }  // namespace
 
-Tree::Tree(Device& device, const Occluders& occluders) : count(occluders.count) {
+Tree::Tree(Device& device, const Occluders& occluders, bool balanced) : count(occluders.count) {
   const auto stage = device.stage("build the tree of occluders");
   const std::uint32_t n = count;
   triangles = Array<clrad_triangle>(device, std::max(n, 1u), "triangles of the tree");
@@ -105,11 +105,11 @@ Tree::Tree(Device& device, const Occluders& occluders) : count(occluders.count) 
       order.fill_zero();
       nodes = Array<std::uint32_t>(device, lone_root(box.download()), "tree of occluders");
     } else {
-      Clustering c = cluster(device, n, values, box, false);
+      Clustering c = cluster(device, n, values, box, balanced);
       const auto root = [&] {
         return c.nodes.download(std::uint64_t(node_words) * (2ull * n - 2), node_words);
       };
-      if (root()[11] > most_depth) c = cluster(device, n, values, box, true);
+      if (!balanced && root()[11] > most_depth) c = cluster(device, n, values, box, true);
       const std::vector<std::uint32_t> top = root();
       depth = top[11];
       float b[6];

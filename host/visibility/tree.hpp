@@ -5,7 +5,8 @@
 namespace clrad {
 
 struct Tree {
-  Tree(Device& device, const Occluders& occluders);
+  /// balanced: pairs by their numbers alone, as trees that would be too deep are built.
+  Tree(Device& device, const Occluders& occluders, bool balanced = false);
 
   std::uint32_t count = 0;  ///< triangles
   std::uint32_t inner = 0;  ///< nodes of up to 8 children; at least one, even over nothing
