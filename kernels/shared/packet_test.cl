@@ -91,4 +91,67 @@ static inline void test_packet(const packet* s, __global const clrad_triangle* t
   *undecided = ~(*hit | miss);
 }
 
+/* Lanes of `live` that the triangle blocks; s: the packet's segments, for the exact predicate. */
+static inline clrad_ints packet_blocked(const clrad_segment* s, const packet* p, __global const clrad_triangle* t,
+                                        __global const clrad_facet* f, clrad_ints live, uint* exact) {
+  clrad_ints hit, undecided;
+  test_packet(p, t, f, &hit, &undecided);
+  hit &= live;
+  undecided &= live;
+  if (clrad_bits_of_any(undecided) == 0) return hit;
+  int hits[CLRAD_WIDTH], undecided_lanes[CLRAD_WIDTH];
+  CLRAD_STORE(undecided, undecided_lanes);
+  for (uint lane = 0; lane < CLRAD_WIDTH; ++lane) {
+    hits[lane] = 0;
+    if (!undecided_lanes[lane]) continue;
+    hits[lane] = clrad_blocked(s[lane], *t) ? -1 : 0;
+    ++*exact;
+  }
+  return hit | CLRAD_LOAD(hits);
+}
+
+/* CLRAD_WIDTH consecutive segments of any form, of which the first `lanes` are there, and the nearest hit of each so far. */
+typedef struct nearest_hits {
+  clrad_segment s[CLRAD_WIDTH];
+  packet p;
+  float t[CLRAD_WIDTH];
+  uint triangle[CLRAD_WIDTH], lanes, exact;
+} nearest_hits;
+
+static inline void load_nearest(nearest_hits* n, __global const CLRAD_POINT_T* origins, __global const uint* active,
+                                uint use_active, __global const CLRAD_POINT_T* targets, uint samples, ulong begin,
+                                ulong segment_count) {
+  n->lanes = segment_count - begin < CLRAD_WIDTH ? (uint)(segment_count - begin) : CLRAD_WIDTH;
+  n->exact = 0;
+  for (uint lane = 0; lane < CLRAD_WIDTH; ++lane) {
+    n->s[lane] = clrad_fetch_segment(origins, active, use_active, targets, samples, begin + min(lane, n->lanes - 1));
+    n->t[lane] = 1.0f;
+    n->triangle[lane] = CLRAD_NONE;
+  }
+  load_packet(n->s, &n->p);
+}
+
+/* Takes in the triangle that is number `index` of the input: the nearest by (t, index) stays. */
+static inline void meet(nearest_hits* n, __global const clrad_triangle* t, __global const clrad_facet* f, uint index) {
+  const clrad_ints hit = packet_blocked(n->s, &n->p, t, f, CLRAD_IS(CLRAD_LANES < (int)n->lanes), &n->exact);
+  if (clrad_bits_of_any(hit) == 0) return;
+  int hits[CLRAD_WIDTH];
+  CLRAD_STORE(hit, hits);
+  for (uint lane = 0; lane < n->lanes; ++lane) {
+    if (!hits[lane]) continue;
+    const float where = clrad_hit_parameter(n->s[lane], *t, *f);
+    if (n->triangle[lane] == CLRAD_NONE || where < n->t[lane] || (where == n->t[lane] && index < n->triangle[lane])) {
+      n->t[lane] = where;
+      n->triangle[lane] = index;
+    }
+  }
+}
+
+static inline void store_nearest(const nearest_hits* n, ulong begin, __global uint* triangle, __global float* t) {
+  for (uint lane = 0; lane < n->lanes; ++lane) {
+    triangle[begin + lane] = n->triangle[lane];
+    t[begin + lane] = n->t[lane];
+  }
+}
+
 #endif

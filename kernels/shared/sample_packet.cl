@@ -67,7 +67,6 @@ static inline clrad_ints blocked_of_packet(question* q, const sample_packet* p, 
   return hit;
 }
 
-/* Lanes whose segment may meet child k's box. */
 typedef struct slabs {
   clrad_floats ix, iy, iz, low_x, low_y, low_z, high_x, high_y, high_z; /* crossings: coordinate * i + low or high */
 } slabs;
@@ -79,20 +78,22 @@ static inline clrad_floats inverse(clrad_floats d) {
   return CLRAD_IS(d == 0.0f) ? none : one;
 }
 
-static inline slabs slabs_of(const sample_packet* p) {
+static inline slabs slabs_of(clrad_floats x, clrad_floats y, clrad_floats z, clrad_floats dx, clrad_floats dy,
+                             clrad_floats dz) {
   slabs s;
-  s.ix = inverse(p->dx);
-  s.iy = inverse(p->dy);
-  s.iz = inverse(p->dz);
-  s.low_x = -(p->x + PACKET_PAD) * s.ix;
-  s.low_y = -(p->y + PACKET_PAD) * s.iy;
-  s.low_z = -(p->z + PACKET_PAD) * s.iz;
-  s.high_x = -(p->x - PACKET_PAD) * s.ix;
-  s.high_y = -(p->y - PACKET_PAD) * s.iy;
-  s.high_z = -(p->z - PACKET_PAD) * s.iz;
+  s.ix = inverse(dx);
+  s.iy = inverse(dy);
+  s.iz = inverse(dz);
+  s.low_x = -(x + PACKET_PAD) * s.ix;
+  s.low_y = -(y + PACKET_PAD) * s.iy;
+  s.low_z = -(z + PACKET_PAD) * s.iz;
+  s.high_x = -(x - PACKET_PAD) * s.ix;
+  s.high_y = -(y - PACKET_PAD) * s.iy;
+  s.high_z = -(z - PACKET_PAD) * s.iz;
   return s;
 }
 
+/* Lanes whose segment may meet child k's box. */
 static inline clrad_ints meets_padded(const slabs* s, __global const float* node, uint k) {
   const clrad_floats x0 = node[k] * s->ix + s->low_x, x1 = node[3 * WIDE + k] * s->ix + s->high_x;
   const clrad_floats y0 = node[WIDE + k] * s->iy + s->low_y, y1 = node[4 * WIDE + k] * s->iy + s->high_y;
@@ -144,7 +145,8 @@ static inline void walk_packet(question* q, uint k, float8 receivers, uint* rece
     live &= ~hit;
     if (clrad_bits_of_any(live) == 0) break;
   }
-  const slabs lanes = slabs_of(&p);
+  const clrad_floats x = p.x, y = p.y, z = p.z;
+  const slabs lanes = slabs_of(x, y, z, p.dx, p.dy, p.dz);
   const shaft s = shaft_between(receivers, (float8)(p.x, p.y, p.z, 0, p.x, p.y, p.z, 0));
   uint stack[STACK];
   uint top = 1;

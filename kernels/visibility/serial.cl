@@ -218,31 +218,14 @@ __kernel void serial_occluded_pairs(__global const CLRAD_POINT_T* origins, __glo
   }
   packet p;
   load_packet(s, &p);
-  clrad_ints live = CLRAD_LOAD(live_lanes), blocked = 0;
+  const clrad_ints asked = CLRAD_LOAD(live_lanes);
+  clrad_ints live = asked;
   uint undecided_count = 0;
-  for (uint i = first_triangle; i < last_triangle; ++i) {
-    clrad_ints hit, undecided;
-    test_packet(&p, triangles + i, facets + i, &hit, &undecided);
-    hit &= live;
-    undecided &= live;
-    if (clrad_bits_of_any(hit | undecided) == 0) continue;
-    if (clrad_bits_of_any(undecided) != 0) {
-      int undecided_lanes[CLRAD_WIDTH];
-      CLRAD_STORE(undecided, undecided_lanes);
-      for (int lane = 0; lane < CLRAD_WIDTH; ++lane) {
-        hits[lane] = 0;
-        if (!undecided_lanes[lane]) continue;
-        hits[lane] = clrad_blocked(s[lane], triangles[i]) ? -1 : 0;
-        ++undecided_count;
-      }
-      hit |= CLRAD_LOAD(hits);
-    }
-    blocked |= hit;
-    live &= ~hit;
-    if (clrad_bits_of_any(live) == 0) break;
-  }
+  for (uint i = first_triangle; i < last_triangle && clrad_bits_of_any(live) != 0; ++i)
+    live &= ~packet_blocked(s, &p, triangles + i, facets + i, live, &undecided_count);
+  const clrad_ints blocked = asked & ~live;
   CLRAD_STORE(blocked, hits);
-  for (uint lane = 0; lane < CLRAD_WIDTH && begin + lane < origin_count; ++lane) 
+  for (uint lane = 0; lane < CLRAD_WIDTH && begin + lane < origin_count; ++lane)
     masks[(ulong)range * origin_count + begin + lane] = hits[lane] & 1;
   clrad_count(exact, undecided_count);
 }
@@ -256,42 +239,9 @@ __kernel void serial_closest(__global const CLRAD_POINT_T* origins, __global con
                              __global float* t, volatile __global uint* exact) {
   const ulong begin = (ulong)get_global_id(0) * CLRAD_WIDTH;
   if (begin >= segment_count) return;
-  clrad_segment s[CLRAD_WIDTH];
-  float nearest[CLRAD_WIDTH];
-  uint which[CLRAD_WIDTH];
-  for (uint lane = 0; lane < CLRAD_WIDTH; ++lane) {
-    const ulong r = begin + lane < segment_count ? begin + lane : segment_count - 1;
-    s[lane] = clrad_fetch_segment(origins, active, use_active, targets, samples, r);
-    nearest[lane] = 1.0f;
-    which[lane] = CLRAD_NONE;
-  }
-  packet p;
-  load_packet(s, &p);
-  uint undecided_count = 0;
-  for (uint i = 0; i < triangle_count; ++i) {
-    clrad_ints hit, undecided;
-    test_packet(&p, triangles + i, facets + i, &hit, &undecided);
-    if (clrad_bits_of_any(hit | undecided) == 0) continue;
-    int hits[CLRAD_WIDTH], undecided_lanes[CLRAD_WIDTH];
-    CLRAD_STORE(hit, hits);
-    CLRAD_STORE(undecided, undecided_lanes);
-    for (uint lane = 0; lane < CLRAD_WIDTH && begin + lane < segment_count; ++lane) {
-      int met = hits[lane];
-      if (undecided_lanes[lane]) {
-        met = clrad_blocked(s[lane], triangles[i]);
-        ++undecided_count;
-      }
-      if (!met) continue;
-      const float where = clrad_hit_parameter(s[lane], triangles[i], facets[i]);
-      if (which[lane] == CLRAD_NONE || where < nearest[lane]) {
-        nearest[lane] = where;
-        which[lane] = input_index[i];
-      }
-    }
-  }
-  for (uint lane = 0; lane < CLRAD_WIDTH && begin + lane < segment_count; ++lane) {
-    triangle[begin + lane] = which[lane];
-    t[begin + lane] = nearest[lane];
-  }
-  clrad_count(exact, undecided_count);
+  nearest_hits n;
+  load_nearest(&n, origins, active, use_active, targets, samples, begin, segment_count);
+  for (uint i = 0; i < triangle_count; ++i) meet(&n, triangles + i, facets + i, input_index[i]);
+  store_nearest(&n, begin, triangle, t);
+  clrad_count(exact, n.exact);
 }

@@ -117,34 +117,22 @@ __kernel void shaft_occluded(__global const uint* origins, uint origin_count, ui
   clrad_count(counts + 2, q.asked * CLRAD_WIDTH);
 }
 
-/* A packet of segments that have nothing in common: origins and inverse directions, a lane each. */
-static inline clrad_ints meets_box(const packet* p, clrad_floats ix, clrad_floats iy, clrad_floats iz,
-                                   __global const float* node, uint k) {
-  const clrad_floats x0 = ((node[k] - PACKET_PAD) - p->ax) * ix, x1 = ((node[3 * WIDE + k] + PACKET_PAD) - p->ax) * ix;
-  const clrad_floats y0 = ((node[WIDE + k] - PACKET_PAD) - p->ay) * iy,
-                     y1 = ((node[4 * WIDE + k] + PACKET_PAD) - p->ay) * iy;
-  const clrad_floats z0 = ((node[2 * WIDE + k] - PACKET_PAD) - p->az) * iz,
-                     z1 = ((node[5 * WIDE + k] + PACKET_PAD) - p->az) * iz;
-  const clrad_floats near_x = CLRAD_MIN(x0, x1), near_y = CLRAD_MIN(y0, y1), near_z = CLRAD_MIN(z0, z1);
-  const clrad_floats far_x = CLRAD_MAX(x0, x1), far_y = CLRAD_MAX(y0, y1), far_z = CLRAD_MAX(z0, z1);
-  clrad_floats begin = 0.0f, end = 1.0f;
-  begin = CLRAD_MAX(near_x, begin);
-  begin = CLRAD_MAX(near_y, begin);
-  begin = CLRAD_MAX(near_z, begin);
-  end = CLRAD_MIN(far_x, end);
-  end = CLRAD_MIN(far_y, end);
-  end = CLRAD_MIN(far_z, end);
-  return CLRAD_IS(begin <= end);
-}
-
 /* A packet's walk: next_leaf gives leaf after leaf, its first triangle and how many there are, and CLRAD_NONE at the end. */
 typedef struct packet_walk {
+  slabs lanes;
   uint stack[STACK + WIDE];
   uint top;
 } packet_walk;
 
-static inline uint next_leaf(packet_walk* w, const packet* p, clrad_floats ix, clrad_floats iy, clrad_floats iz,
-                             clrad_ints live, __global const uint* nodes, uint* triangles) {
+static inline packet_walk walk_of(const packet* p) {
+  packet_walk w;
+  w.lanes = slabs_of(p->ax, p->ay, p->az, p->dx, p->dy, p->dz);
+  w.stack[0] = 0;
+  w.top = 1;
+  return w;
+}
+
+static inline uint next_leaf(packet_walk* w, clrad_ints live, __global const uint* nodes, uint* triangles) {
   while (w->top > 0) {
     const uint code = w->stack[--w->top];
     if (code & 7u) {
@@ -154,7 +142,7 @@ static inline uint next_leaf(packet_walk* w, const packet* p, clrad_floats ix, c
     __global const uint* node = nodes + (ulong)WIDE_WORDS * (code >> 3);
     for (uint k = 0; k < WIDE; ++k) { /* the root is nobody's child: a code of 0 is a child that is not there */
       const uint child = node[6 * WIDE + k];
-      if (child && clrad_bits_of_any(meets_box(p, ix, iy, iz, (__global const float*)node, k) & live)) w->stack[w->top++] = child;
+      if (child && clrad_bits_of_any(meets_padded(&w->lanes, (__global const float*)node, k) & live)) w->stack[w->top++] = child;
     }
   }
   return CLRAD_NONE;
@@ -176,36 +164,16 @@ __kernel void shaft_occluded_pairs(__global const CLRAD_POINT_T* origins, __glob
   }
   packet p;
   load_packet(s, &p);
-  const clrad_floats ix = inverse(p.dx), iy = inverse(p.dy), iz = inverse(p.dz);
-  clrad_ints live = CLRAD_LOAD(live_lanes), blocked = 0;
+  const clrad_ints chosen = CLRAD_LOAD(live_lanes);
+  clrad_ints live = chosen;
   uint undecided_count = 0, asked = 0, in_leaf;
-  packet_walk w;
-  w.stack[0] = 0;
-  w.top = 1;
-  for (uint leaf = next_leaf(&w, &p, ix, iy, iz, live, nodes, &in_leaf); leaf != CLRAD_NONE;
-       leaf = next_leaf(&w, &p, ix, iy, iz, live, nodes, &in_leaf))
-    for (uint i = leaf; i < leaf + in_leaf; ++i) {
-      clrad_ints hit, undecided;
-      test_packet(&p, triangles + i, facets + i, &hit, &undecided);
-      ++asked;
-      hit &= live;
-      undecided &= live;
-      if (clrad_bits_of_any(undecided) != 0) {
-        int undecided_lanes[CLRAD_WIDTH];
-        CLRAD_STORE(undecided, undecided_lanes);
-        for (int lane = 0; lane < CLRAD_WIDTH; ++lane) {
-          hits[lane] = 0;
-          if (!undecided_lanes[lane]) continue;
-          hits[lane] = clrad_blocked(s[lane], triangles[i]) ? -1 : 0;
-          ++undecided_count;
-        }
-        hit |= CLRAD_LOAD(hits);
-      }
-      blocked |= hit;
-      live &= ~hit;
-      if (clrad_bits_of_any(live) == 0) w.top = 0;
-    }
-  CLRAD_STORE(blocked, hits);
+  packet_walk w = walk_of(&p);
+  for (uint leaf = next_leaf(&w, live, nodes, &in_leaf); leaf != CLRAD_NONE && clrad_bits_of_any(live) != 0;
+       leaf = next_leaf(&w, live, nodes, &in_leaf)) {
+    for (uint i = leaf; i < leaf + in_leaf; ++i) live &= ~packet_blocked(s, &p, triangles + i, facets + i, live, &undecided_count);
+    asked += in_leaf;
+  }
+  CLRAD_STORE(chosen & ~live, hits);
   for (uint lane = 0; lane < CLRAD_WIDTH && begin + lane < origin_count; ++lane) masks[begin + lane] = hits[lane] & 1;
   clrad_count(counts, undecided_count);
   clrad_count(counts + 2, asked * CLRAD_WIDTH);
@@ -222,50 +190,16 @@ __kernel void shaft_closest(__global const CLRAD_POINT_T* origins, __global cons
                             volatile __global uint* counts) {
   const ulong begin = (ulong)get_global_id(0) * CLRAD_WIDTH;
   if (begin >= segment_count) return;
-  clrad_segment s[CLRAD_WIDTH];
-  float nearest[CLRAD_WIDTH];
-  uint which[CLRAD_WIDTH];
-  for (uint lane = 0; lane < CLRAD_WIDTH; ++lane) {
-    const ulong r = begin + lane < segment_count ? begin + lane : segment_count - 1;
-    s[lane] = clrad_fetch_segment(origins, active, use_active, targets, samples, r);
-    nearest[lane] = 1.0f;
-    which[lane] = CLRAD_NONE;
+  nearest_hits n;
+  load_nearest(&n, origins, active, use_active, targets, samples, begin, segment_count);
+  uint asked = 0, in_leaf;
+  packet_walk w = walk_of(&n.p);
+  const clrad_ints all = -1;
+  for (uint leaf = next_leaf(&w, all, nodes, &in_leaf); leaf != CLRAD_NONE; leaf = next_leaf(&w, all, nodes, &in_leaf)) {
+    for (uint i = leaf; i < leaf + in_leaf; ++i) meet(&n, triangles + i, facets + i, input_index[i]);
+    asked += in_leaf;
   }
-  packet p;
-  load_packet(s, &p);
-  const clrad_floats ix = inverse(p.dx), iy = inverse(p.dy), iz = inverse(p.dz);
-  uint undecided_count = 0, asked = 0, in_leaf;
-  packet_walk w;
-  w.stack[0] = 0;
-  w.top = 1;
-  for (uint leaf = next_leaf(&w, &p, ix, iy, iz, -1, nodes, &in_leaf); leaf != CLRAD_NONE;
-       leaf = next_leaf(&w, &p, ix, iy, iz, -1, nodes, &in_leaf))
-    for (uint i = leaf; i < leaf + in_leaf; ++i) {
-      clrad_ints hit, undecided;
-      test_packet(&p, triangles + i, facets + i, &hit, &undecided);
-      ++asked;
-      if (clrad_bits_of_any(hit | undecided) == 0) continue;
-      int hits[CLRAD_WIDTH], undecided_lanes[CLRAD_WIDTH];
-      CLRAD_STORE(hit, hits);
-      CLRAD_STORE(undecided, undecided_lanes);
-      for (uint lane = 0; lane < CLRAD_WIDTH && begin + lane < segment_count; ++lane) {
-        int met = hits[lane];
-        if (undecided_lanes[lane]) {
-          met = clrad_blocked(s[lane], triangles[i]);
-          ++undecided_count;
-        }
-        if (!met) continue;
-        const float where = clrad_hit_parameter(s[lane], triangles[i], facets[i]);
-        if (which[lane] == CLRAD_NONE || where < nearest[lane] || (where == nearest[lane] && input_index[i] < which[lane])) {
-          nearest[lane] = where;
-          which[lane] = input_index[i];
-        }
-      }
-    }
-  for (uint lane = 0; lane < CLRAD_WIDTH && begin + lane < segment_count; ++lane) {
-    triangle[begin + lane] = which[lane];
-    t[begin + lane] = nearest[lane];
-  }
-  clrad_count(counts, undecided_count);
+  store_nearest(&n, begin, triangle, t);
+  clrad_count(counts, n.exact);
   clrad_count(counts + 2, asked * CLRAD_WIDTH);
 }

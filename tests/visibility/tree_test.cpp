@@ -126,6 +126,8 @@ TEST(Tree, TakesEqualAndNestedAndFlatTriangles) {
   for (std::uint32_t i = 0; i < 600; ++i, size *= 1.02)
     nested.push_back({{{-size, -size, 0}, {size, -size, 0}, {0, size, size}}, i, i});
   expect_whole(device, nested, "nested");
+  EXPECT_EQ(Tree(device, Occluders(device, nested)).depth,
+            11u);  // built again, balanced: 2^9 < 600 <= 2^10, and the leaves
   auto flat = random_ones(700, 0.05, 8);
   for (auto& t : flat)
     for (auto& c : t.corner) c.z = 0.25;
