@@ -36,6 +36,7 @@ RawArray::RawArray(Device& device, std::uint64_t bytes, std::string_view what)
   }
   ledger_->held += room;
   ledger_->peak = std::max(ledger_->peak, ledger_->held);
+  device.note_array(bytes);
 }
 
 RawArray::~RawArray() {

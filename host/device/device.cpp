@@ -33,7 +33,7 @@ struct Device::Impl {
   std::size_t stage_index(std::string_view name) {
     for (std::size_t i = 0; i < stages.size(); ++i)
       if (stages[i].name == name) return i;
-    stages.push_back({std::string(name), 0, 0});
+    stages.push_back({std::string(name)});
     return stages.size() - 1;
   }
 
@@ -140,6 +140,10 @@ void Device::enqueue(cl::Kernel& kernel, const char* name, std::uint64_t items, 
   }
 }
 
+void Device::note_array(std::uint64_t bytes) {
+  impl_->stages[impl_->current()].bytes += bytes;
+}
+
 void Device::finish() {
   try {
     impl_->queue.finish();
@@ -163,13 +167,13 @@ std::vector<StageProfile> Device::profile() {
   impl_->harvest();
   std::vector<StageProfile> launched;
   for (const auto& stage : impl_->stages)
-    if (stage.launches) launched.push_back(stage);
+    if (stage.launches || stage.bytes) launched.push_back(stage);
   return launched;
 }
 
 void Device::reset_profile() {
   impl_->harvest();
-  for (auto& stage : impl_->stages) stage.launches = 0, stage.seconds = 0;
+  for (auto& stage : impl_->stages) stage.launches = 0, stage.seconds = 0, stage.bytes = 0;
 }
 
 void Device::read(const cl::Buffer& from, std::uint64_t offset, std::uint64_t bytes, void* to) {

@@ -63,9 +63,9 @@ void visit_fields(Visit& visit, M& sensor) {
 
 template <class Visit, OneOf<Effect> M>
 void visit_fields(Visit& visit, M& effect) {
-  auto& [name, needed, reason, skip_error_relative] = effect;
-  visit("name", name), visit("needed", needed), visit("reason", reason);
-  visit("skip_error_relative", skip_error_relative);
+  auto& [name, needed, runs, reason, skip_error_relative, stages] = effect;
+  visit("name", name), visit("needed", needed), visit("runs", runs), visit("reason", reason);
+  visit("skip_error_relative", skip_error_relative), visit("stages", stages);
 }
 
 template <class Visit, OneOf<Invariant> M>
@@ -82,8 +82,8 @@ void visit_fields(Visit& visit, M& part) {
 
 template <class Visit, OneOf<StageProfile> M>
 void visit_fields(Visit& visit, M& stage) {
-  auto& [name, launches, seconds] = stage;
-  visit("name", name), visit("launches", launches), visit("seconds", seconds);
+  auto& [name, launches, seconds, bytes] = stage;
+  visit("name", name), visit("launches", launches), visit("seconds", seconds), visit("bytes", bytes);
 }
 
 template <class Visit, OneOf<DeviceInfo> M>

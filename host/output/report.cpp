@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -48,10 +49,19 @@ Json effects_json(const Report& report) {
   Json all = Json::array();
   for (const Effect& effect : report.effects) {
     const bool known = effect.skip_error_relative >= 0;
+    StageProfile took;
+    for (const StageProfile& stage : report.stages) {
+      if (std::find(effect.stages.begin(), effect.stages.end(), stage.name) == effect.stages.end()) continue;
+      took.launches += stage.launches, took.seconds += stage.seconds, took.bytes += stage.bytes;
+    }
     all.push_back({{"name", effect.name},
                    {"needed", effect.needed},
+                   {"runs", effect.runs},
                    {"reason", effect.reason},
-                   {"skip_error_relative", known ? Json(effect.skip_error_relative) : Json(nullptr)}});
+                   {"skip_error_relative", known ? Json(effect.skip_error_relative) : Json(nullptr)},
+                   {"launches", took.launches},
+                   {"seconds", took.seconds},
+                   {"allocated_bytes", took.bytes}});
   }
   return all;
 }
@@ -103,8 +113,10 @@ std::string report_json(const Solution& solution) {
   json["effects"] = effects_json(report);
   json["stages"] = Json::array();
   for (const StageProfile& stage : report.stages)
-    json["stages"].push_back(
-        {{"name", stage.name}, {"launches", stage.launches}, {"seconds", stage.seconds}});
+    json["stages"].push_back({{"name", stage.name},
+                              {"launches", stage.launches},
+                              {"seconds", stage.seconds},
+                              {"allocated_bytes", stage.bytes}});
   json["shoots"] = report.shoots;
   json["reshoots"] = report.reshoots;
   json["rays"] = report.rays;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "clrad/effects.hpp"
 #include "clrad/solver.hpp"
 #include "mesh/average.hpp"
 #include "mesh/build.hpp"
@@ -88,6 +89,7 @@ Solution solve(Device& device, const Scene& scene, const SolveOptions& options) 
   require_range(scene);
   require_sensors_near(scene, options.sensors);
   const auto start = Clock::now();
+  const std::vector<Effect> effects = plan_effects(scene, options);
   Solution solution;
   solution.scene = scene;
   solution.bands = std::uint32_t(scene.bands.size());
@@ -138,6 +140,7 @@ Solution solve(Device& device, const Scene& scene, const SolveOptions& options) 
   solution.report.seconds.solve = since(shooting);
 
   Report& report = solution.report;
+  report.effects = effects;
   report.shoots = state.shoots;
   report.reshoots = state.reshoots;
   const VisibilityCounts counts = run.counts();

@@ -1,6 +1,7 @@
 /// All of clrad's public interface.
 #pragma once
 #include "clrad/device.hpp"
+#include "clrad/effects.hpp"
 #include "clrad/error.hpp"
 #include "clrad/frame.hpp"
 #include "clrad/mesh.hpp"

@@ -44,11 +44,12 @@ struct DeviceOptions {
 /// All OpenCL devices, in platform order. Empty when there is no platform.
 std::vector<DeviceInfo> list_devices();
 
-/// Time and launches of one named stage.
+/// What one named stage took.
 struct StageProfile {
   std::string name;
   std::uint64_t launches = 0;
-  double seconds = 0;  ///< on the device, from events
+  double seconds = 0;       ///< on the device, from events
+  std::uint64_t bytes = 0;  ///< of all arrays made in it, one after the other
 };
 
 class Device;
@@ -144,7 +145,7 @@ class Device {
   [[nodiscard]] Stage stage(std::string_view name) { return Stage(*this, name); }
   std::string_view current_stage() const;
 
-  /// Stages in the order of their first launch. Waits for the queue.
+  /// Stages that launched or allocated anything, in the order of their first beginning. Waits for the queue.
   std::vector<StageProfile> profile();
   void reset_profile();
 
@@ -175,6 +176,8 @@ class Device {
   std::unique_ptr<Impl> impl_;
   std::map<std::type_index, std::shared_ptr<void>> kept_;  // after impl_: goes first
 
+  friend class RawArray;
+  void note_array(std::uint64_t bytes);
   cl::Kernel& kernel(const char* file, const char* name);
   void enqueue(cl::Kernel& kernel, const char* name, std::uint64_t items, unsigned local);
 

@@ -82,10 +82,15 @@ struct SolveOptions {
   std::vector<Sensor> sensors;
   std::uint32_t sensor_rays = 8192;  ///< rays from a sensor, shared out by what each surface brings
   bool near_field = true;            ///< vertices next to a patch see its elements, not its average
-  bool strict = false;               ///< a violated invariant is an error, not a warning
-  std::string checkpoint;            ///< file to keep the state of a running solve in; empty: none
-  double checkpoint_every_s = 30;    ///< least time between two; also not more than 5 % of the solve's time
-  std::string resume;                ///< checkpoint to go on from; empty: from nothing
+  /// Effects (clrad/effects.hpp) to run though the scene does not call for them, by name; "all": every one. The answer stays
+  /// what it is, it only takes longer.
+  std::vector<std::string> force_effects;
+  /// Effects to leave out though the scene calls for them: the answer is wrong by what they do.
+  std::vector<std::string> without;
+  bool strict = false;             ///< a violated invariant is an error, not a warning
+  std::string checkpoint;          ///< file to keep the state of a running solve in; empty: none
+  double checkpoint_every_s = 30;  ///< least time between two; also not more than 5 % of the solve's time
+  std::string resume;              ///< checkpoint to go on from; empty: from nothing
   /// Called after every shoot; returning false stops the solve with a valid partial result.
   std::function<bool(const Progress&)> progress;
 };

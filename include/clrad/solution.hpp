@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "clrad/device.hpp"
+#include "clrad/effects.hpp"
 #include "clrad/frame.hpp"
 #include "clrad/mesh.hpp"
 #include "clrad/scene.hpp"
@@ -20,13 +21,6 @@ struct SensorResult {
   glm::dvec3 normal{0, 0, 1};
   std::vector<double> irradiance;        ///< H per band [W/m^2 or lm/m^2]
   std::vector<double> irradiance_error;  ///< one standard error of the visibility sampling [as irradiance]
-};
-
-struct Effect {
-  std::string name;
-  bool needed = true;
-  std::string reason;
-  double skip_error_relative = -1;  ///< of skipping it; 0 only when proven; negative: unknown (null in JSON)
 };
 
 struct Invariant {
@@ -44,7 +38,7 @@ struct ErrorPart {
 /// Everything of the JSON report that is not in the scene or the mesh. Per-band vectors have one entry a
 /// band.
 struct Report {
-  std::vector<Effect> effects;
+  std::vector<Effect> effects;  ///< in the order of plan_effects()
   std::vector<StageProfile> stages;
   std::uint64_t shoots = 0;    ///< patches traced and shot, re-shoots not counted
   std::uint64_t reshoots = 0;  ///< shots from kept columns
