@@ -22,8 +22,10 @@ Solution reported() {
   s.unshot_relative = 0.1 + 0.2;
   s.sensors = {{{1, 2, 3}, {0, 0, 1}, {0.1, 0.2, 0.3}, {0.01, 0.02, 0.03}}};
   Report& r = s.report;
-  r.effects = {{"occlusion", true, "a block stands in it", -1}, {"bands", false, "all equal", 0}};
-  r.stages = {{"chop rays into voxels", 12, 0.25}};
+  r.effects = {
+      {"occlusion", true, true, "a block stands in it", -1, {"chop rays into voxels", "never begun"}},
+      {"bands", false, false, "all equal", 0, {}}};
+  r.stages = {{"chop rays into voxels", 12, 0.25, 64}, {"deliver", 3, 1, 32}};
   r.shoots = 5, r.reshoots = 6, r.rays = 1ull << 40, r.pieces = 8, r.candidates = 9, r.exact_tests = 10;
   r.seconds = {1, 2, 3, 4, 10};
   r.energy.closed = true;
@@ -59,8 +61,9 @@ TEST(ReportJson, HasTheKeysOfItsSchema) {
   EXPECT_EQ(keys(r["program"]), (Keys{"version", "commit"}));
   EXPECT_EQ(keys(r["scene"]),
             (Keys{"file", "quantity", "polygons", "patches", "elements", "vertices", "bands"}));
-  EXPECT_EQ(keys(r["effects"][0]), (Keys{"name", "needed", "reason", "skip_error_relative"}));
-  EXPECT_EQ(keys(r["stages"][0]), (Keys{"name", "launches", "seconds"}));
+  EXPECT_EQ(keys(r["effects"][0]), (Keys{"name", "needed", "runs", "reason", "skip_error_relative",
+                                         "launches", "seconds", "allocated_bytes"}));
+  EXPECT_EQ(keys(r["stages"][0]), (Keys{"name", "launches", "seconds", "allocated_bytes"}));
   EXPECT_EQ(keys(r["seconds"]), (Keys{"import", "build", "solve", "render", "total"}));
   EXPECT_EQ(keys(r["energy"]),
             (Keys{"closed", "emitted_W", "absorbed_W", "unshot_W", "unaccounted_W", "unaccounted_relative"}));
@@ -87,6 +90,10 @@ TEST(ReportJson, HasTheValuesToTheLastBit) {
   EXPECT_EQ(r["rays"].get<std::uint64_t>(), 1ull << 40);
   EXPECT_TRUE(r["effects"][0]["skip_error_relative"].is_null());
   EXPECT_EQ(r["effects"][1]["skip_error_relative"], 0.0);
+  EXPECT_EQ(r["effects"][0]["launches"], 12);
+  EXPECT_EQ(r["effects"][0]["seconds"], 0.25);
+  EXPECT_EQ(r["effects"][0]["allocated_bytes"], 64);
+  EXPECT_EQ(r["effects"][1]["launches"], 0);
   EXPECT_TRUE(r["energy"]["unaccounted_relative"].is_null());  // NaN
   EXPECT_EQ(r["energy"]["unaccounted_W"], json({0.0, 1.0, 2.0}));
   EXPECT_EQ(r["error"]["parts"][0]["kind"], "estimate");

@@ -30,8 +30,8 @@ Solution full_solution() {
   s.stopped = true;
   s.unshot_relative = 0.037;
   Report& r = s.report;
-  r.effects = {{"occlusion", false, "convex", 0.0}, {"bands", true, "three", -1}};
-  r.stages = {{"emit", 17, 0.25}, {"deliver", 3, 1e-3}};
+  r.effects = {{"occlusion", false, false, "convex", 0.0, {}}, {"bands", true, true, "three", -1, {"shoot"}}};
+  r.stages = {{"emit", 17, 0.25, 1ull << 40}, {"deliver", 3, 1e-3}};
   r.shoots = 11, r.reshoots = 12, r.rays = ~std::uint64_t(0), r.pieces = 14, r.candidates = 15,
   r.exact_tests = 16;
   r.seconds = {0.1, 0.2, 0.3, 0.4, 1.0};
