@@ -101,6 +101,8 @@ std::vector<std::string> OutputArguments::write(const std::function<Device&()>& 
     seconds.render = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     seconds.total += seconds.render;
     solved.report.stages = drawing.profile();
+    for (const char* of_view : {"specular", "textures"})
+      charge(solved.report.effects, of_view, solved.report.stages);
   });
   output(gltf, "scene.glb", "write the glTF", [&](const std::string& path) { write_gltf(path, solved); });
   output(vtu, "scene.vtu", "write the VTK grid", [&](const std::string& path) { write_vtu(path, solved); });

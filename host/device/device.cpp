@@ -141,7 +141,7 @@ void Device::enqueue(cl::Kernel& kernel, const char* name, std::uint64_t items, 
 }
 
 void Device::note_array(std::uint64_t bytes) {
-  impl_->stages[impl_->current()].bytes += bytes;
+  if (!impl_->stack.empty()) impl_->stages[impl_->current()].bytes += bytes;
 }
 
 void Device::finish() {

@@ -14,6 +14,10 @@ struct Planner {
   Effect (*plan)(const Scene&, const SolveOptions&);
 };
 constexpr Planner planners[] = {
+    {"colour", plan_colour},
+    {"occlusion", plan_occlusion},
+    {"interreflection", plan_interreflection},
+    {"subdivision", plan_subdivision},
     {"specular", plan_specular},
 };
 
@@ -49,6 +53,19 @@ std::vector<Effect> plan_effects(const Scene& scene, const SolveOptions& options
     effects.push_back(std::move(effect));
   }
   return effects;
+}
+
+void charge(std::span<Effect> effects, std::string_view name, std::span<const StageProfile> profile) {
+  for (Effect& effect : effects) {
+    if (effect.name != name) continue;
+    effect.launches = 0, effect.seconds = 0, effect.allocated_bytes = 0;
+    for (const StageProfile& stage : profile) {
+      if (!names(effect.stages, stage.name)) continue;
+      effect.launches += stage.launches;
+      effect.seconds += stage.seconds;
+      effect.allocated_bytes += stage.bytes;
+    }
+  }
 }
 
 bool runs(std::span<const Effect> effects, std::string_view name) {

@@ -63,9 +63,10 @@ void visit_fields(Visit& visit, M& sensor) {
 
 template <class Visit, OneOf<Effect> M>
 void visit_fields(Visit& visit, M& effect) {
-  auto& [name, needed, runs, reason, skip_error_relative, stages] = effect;
+  auto& [name, needed, runs, reason, skip_error_relative, stages, launches, seconds, bytes] = effect;
   visit("name", name), visit("needed", needed), visit("runs", runs), visit("reason", reason);
   visit("skip_error_relative", skip_error_relative), visit("stages", stages);
+  visit("launches", launches), visit("seconds", seconds), visit("allocated_bytes", bytes);
 }
 
 template <class Visit, OneOf<Invariant> M>

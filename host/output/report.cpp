@@ -1,4 +1,3 @@
-#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -49,19 +48,14 @@ Json effects_json(const Report& report) {
   Json all = Json::array();
   for (const Effect& effect : report.effects) {
     const bool known = effect.skip_error_relative >= 0;
-    StageProfile took;
-    for (const StageProfile& stage : report.stages) {
-      if (std::find(effect.stages.begin(), effect.stages.end(), stage.name) == effect.stages.end()) continue;
-      took.launches += stage.launches, took.seconds += stage.seconds, took.bytes += stage.bytes;
-    }
     all.push_back({{"name", effect.name},
                    {"needed", effect.needed},
                    {"runs", effect.runs},
                    {"reason", effect.reason},
                    {"skip_error_relative", known ? Json(effect.skip_error_relative) : Json(nullptr)},
-                   {"launches", took.launches},
-                   {"seconds", took.seconds},
-                   {"allocated_bytes", took.bytes}});
+                   {"launches", effect.launches},
+                   {"seconds", effect.seconds},
+                   {"allocated_bytes", effect.allocated_bytes}});
   }
   return all;
 }

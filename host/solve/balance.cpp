@@ -117,6 +117,8 @@ void set_up_rows(SolveState& state) {
 }
 
 void decide_closing(SolveState& state) {
+  // What rows lack matters where it is reflected on.
+  if (!state.interreflection) return;
   const SolveOptions& options = state.options;
   double most = 0;
   for (const Material& m : state.scene.materials)

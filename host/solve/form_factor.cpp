@@ -154,18 +154,34 @@ void facing(Device& device, const Shooter& shooter, const PointArray& receivers,
              flags, first, count);
 }
 
-void form_factors(Device& device, Estimator estimator, const Shooter& shooter, const PointArray& receivers,
-                  const Array<std::uint32_t>* active, std::uint32_t count, const PointArray& samples,
-                  std::uint32_t n, RealArray& factors) {
+namespace {
+
+void launch_factors(Device& device, Estimator estimator, const Shooter& shooter, const PointArray& receivers,
+                    const Array<std::uint32_t>* active, std::uint32_t count, const PointArray* samples,
+                    std::uint32_t n, RealArray& factors, std::uint32_t dense) {
   const RealArray record = on_device(device, shooter);
   const std::uint32_t chosen = active != nullptr;
   if (estimator == Estimator::exact)
     device.run(form_factor_kernels, "exact_factors", count, record, shooter.plane, receivers,
-               list_of(active, receivers), chosen, factors, count);
+               list_of(active, receivers), chosen, factors, dense, count);
   else
     device.run(form_factor_kernels, "disk_factors", count, record, shooter.plane, receivers,
-               list_of(active, receivers), chosen, samples, n, Real{disk_area(estimator, shooter, n)},
-               receivers, 0u, factors, 0u, count);
+               list_of(active, receivers), chosen, *samples, n, Real{disk_area(estimator, shooter, n)},
+               receivers, 0u, factors, dense, count);
+}
+
+}  // namespace
+
+void form_factors(Device& device, Estimator estimator, const Shooter& shooter, const PointArray& receivers,
+                  const Array<std::uint32_t>* active, std::uint32_t count, const PointArray& samples,
+                  std::uint32_t n, RealArray& factors) {
+  launch_factors(device, estimator, shooter, receivers, active, count, &samples, n, factors, 0);
+}
+
+void unoccluded_factors(Device& device, Estimator estimator, const Shooter& shooter,
+                        const PointArray& receivers, const Array<std::uint32_t>& active, std::uint32_t count,
+                        const PointArray* samples, std::uint32_t n, RealArray& column) {
+  launch_factors(device, estimator, shooter, receivers, &active, count, samples, n, column, 1);
 }
 
 void visible_factors(Device& device, VisibilityEngine& engine, Estimator estimator, const Shooter& shooter,

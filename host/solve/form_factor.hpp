@@ -44,6 +44,12 @@ void form_factors(Device& device, Estimator estimator, const Shooter& shooter, c
                   const Array<std::uint32_t>* active, std::uint32_t count, const PointArray& samples,
                   std::uint32_t n, RealArray& factors);
 
+/// The same where nothing can stand between: column[r] for every chosen receiver r, the bits that visible_factors() gives with
+/// no sample occluded; other entries stay as they are. samples: null for `exact`.
+void unoccluded_factors(Device& device, Estimator estimator, const Shooter& shooter,
+                        const PointArray& receivers, const Array<std::uint32_t>& active, std::uint32_t count,
+                        const PointArray* samples, std::uint32_t n, RealArray& column);
+
 /// Form factor times visible fraction: column[r] for every chosen receiver r; other entries stay as they are.
 /// masks: ceil(n / 32) words per chosen receiver as VisibilityEngine::occluded gives them; factors: from
 /// form_factors.

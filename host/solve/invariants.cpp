@@ -39,6 +39,8 @@ void account_energy(SolveState& state, Solution& solution) {
       emitted += patch.area_m2 * state.exposed[p] * m.emitted_exitance[b];
       absorbed += patch.area_m2 * (1 - m.reflectance[b]) * solution.patch_irradiance[i];
       left += patch.area_m2 * state.exposed[p] * unshot[i];
+      // Without interreflection, what is reflected goes no further.
+      if (!state.interreflection) left += patch.area_m2 * m.reflectance[b] * solution.patch_irradiance[i];
     }
     energy.emitted.push_back(emitted);
     energy.absorbed.push_back(absorbed);

@@ -198,6 +198,7 @@ bool refine(SolveState& state, Solution& solution, const std::vector<OccluderTri
             bool converged) {
   state.shoots_since_refined = 0;
   deliver_pending(state);
+  if (!state.interreflection) gather_direct(state);
   const double tolerated = state.options.adaptive.tolerance * mean_reflected(state);
   if (!(tolerated > 0)) return false;
   Marks marks = converged && state.options.near_field ? mark_with_near_field(state, solution, tolerated)
@@ -239,7 +240,7 @@ bool refine(SolveState& state, Solution& solution, const std::vector<OccluderTri
   } else {
     report.rays += shoot_to_new(state, first);
   }
-  restate(state);
+  if (state.interreflection) restate(state);
   ++report.refinements;
   report.elements_split += subdivision.split;
   report.vertices_added += state.vertices - first;

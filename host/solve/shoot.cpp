@@ -42,14 +42,31 @@ void weigh(SolveState& state, const Shooter& shooter, const PointArray& samples,
                   &state.active, receivers, samples, n, state.masks, state.factors, column);
 }
 
+// The same where nothing can stand between.
+void weigh_unoccluded(SolveState& state, const Shooter& shooter, const PointArray* samples, std::uint32_t n,
+                      std::uint32_t receivers, std::uint32_t first, RealArray& column) {
+  const auto stage = state.device.stage("weigh form factors where nothing is hidden");
+  const std::uint64_t real = column.bytes() / column.size();
+  state.device.fill_bytes(column.buffer(), 0, (state.vertices - first) * real, first * real);
+  unoccluded_factors(state.device, state.options.estimator, shooter, state.receivers, state.active, receivers,
+                     samples, n, column);
+}
+
 // The column of one patch at the receivers from `first` on, from nothing. Returns the rays it took.
 std::uint64_t trace_column(SolveState& state, std::uint32_t patch, std::uint32_t first, RealArray& column,
                            const std::function<void(Array<std::uint32_t>&)>& also = nullptr) {
   const Shooter shooter = shooter_of(state.scene, state.mesh, patch, state.metres_per_unit);
   const std::uint32_t n = samples_of(state, patch);
-  const PointArray samples(state.device, samples_on(shooter, patch, n, state.options.seed),
-                           "samples on the shooter");
+  const bool sampled = state.occlusion || state.options.estimator != Estimator::exact;
+  PointArray samples;
+  if (sampled)
+    samples =
+        PointArray(state.device, samples_on(shooter, patch, n, state.options.seed), "samples on the shooter");
   const std::uint32_t receivers = emit(state, shooter, first, also);
+  if (!state.occlusion) {
+    weigh_unoccluded(state, shooter, sampled ? &samples : nullptr, n, receivers, first, column);
+    return 0;
+  }
   const std::uint64_t before = state.engine.counts().rays;
   find_occluded(state, samples, n, receivers);
   const std::uint64_t rays = state.engine.counts().rays - before;
@@ -70,6 +87,7 @@ void gather_column(SolveState& state, const RealArray& column, std::uint32_t slo
 }
 
 void account(SolveState& state, std::uint32_t slot, std::uint32_t stride, std::uint32_t at) {
+  if (!state.interreflection) return;  // gather_direct() says at the end what arrived
   const auto stage = state.device.stage("account for what is absorbed and unshot");
   state.device.run(deliver, "deliver_to_patches", state.patches, state.patch_columns,
                    std::uint64_t(slot) * state.patches, state.shot, stride, at, state.patch_rho,
@@ -183,6 +201,15 @@ void interpolate_to_new(SolveState& state, std::uint32_t first, const Array<std:
     add_to_row_sums(state, column, first);
     deliver_to_vertices(state, column, state.total_shot, state.patches, state.patch_of_slot[slot], first);
     gather_column(state, column, slot);
+  }
+}
+
+void gather_direct(SolveState& state) {
+  const auto stage = state.device.stage("gather vertices to elements and patches");
+  for (std::uint32_t b = 0; b < state.bands; ++b) {
+    state.device.copy(state.vertex_irradiance.buffer(), state.column.buffer(), state.column.bytes(),
+                      b * state.column.bytes());
+    state.gatherer->gather(state.column, state.patch_irradiance, std::uint64_t(b) * state.patches);
   }
 }
 

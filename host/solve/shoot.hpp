@@ -40,6 +40,9 @@ void interpolate_to_new(SolveState& state, std::uint32_t first, const Array<std:
 /// Patch irradiance and unshot radiosity anew from the kept columns and all that was ever shot (balance.cpp).
 void restate(SolveState& state);
 
+/// Patch irradiance as the mean of the vertices', for a solve without interreflection: its shots leave patches alone.
+void gather_direct(SolveState& state);
+
 /// One row of Gauss-Seidel: the radiosity of `patch` from that of all others; vertices get it in deliver_pending().
 void gather_row(SolveState& state, std::uint32_t patch);
 

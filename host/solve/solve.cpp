@@ -8,6 +8,7 @@
 
 #include "clrad/effects.hpp"
 #include "clrad/solver.hpp"
+#include "effects/colour.hpp"
 #include "mesh/average.hpp"
 #include "mesh/build.hpp"
 #include "scene/enclosure.hpp"
@@ -25,6 +26,7 @@
 #include "solve/sensor.hpp"
 #include "solve/shoot.hpp"
 #include "visibility/chop.hpp"
+#include "visibility/open.hpp"
 
 namespace clrad {
 namespace {
@@ -34,9 +36,11 @@ double since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-std::unique_ptr<VisibilityEngine> engine_for(Device& device, const std::string& name,
+std::unique_ptr<VisibilityEngine> engine_for(Device& device, bool occlusion,
                                              const std::vector<OccluderTriangle>& triangles,
                                              const SolveOptions& options) {
+  if (!occlusion) return make_open(device);
+  const std::string name = options.engine == "auto" ? "shaft" : options.engine;
   if (name != "chop") return make_engine(name, device, triangles);
   return make_chop(device, triangles, {.rays_per_batch = options.rays_per_batch, .cells = options.grid});
 }
@@ -49,6 +53,7 @@ std::uint64_t host_peak_bytes() {
 
 // Why this engine, and what it chose itself.
 std::string engine_account(const SolveOptions& o, const VisibilityEngine& engine) {
+  if (engine.name() == "none") return "no surface can stand between two others, or occlusion was left out";
   std::string why = o.engine == "auto" ? "auto: the fastest on every scene measured" : "asked for";
   if (const std::string own = engine.account(); !own.empty()) why += "; " + own;
   return why;
@@ -82,14 +87,9 @@ void write_down_options(const Device& device, const SolveOptions& o, const Mesh&
   };
 }
 
-}  // namespace
-
-Solution solve(Device& device, const Scene& scene, const SolveOptions& options) {
-  check_options(options);
-  require_range(scene);
-  require_sensors_near(scene, options.sensors);
-  const auto start = Clock::now();
-  const std::vector<Effect> effects = plan_effects(scene, options);
+// The bands of `scene`, all at once.
+Solution solve_bands(Device& device, const Scene& scene, const SolveOptions& options,
+                     const std::vector<Effect>& effects, Clock::time_point start) {
   Solution solution;
   solution.scene = scene;
   solution.bands = std::uint32_t(scene.bands.size());
@@ -100,13 +100,16 @@ Solution solve(Device& device, const Scene& scene, const SolveOptions& options) 
   if (!resumed) solution.mesh = build_mesh(scene, solution.frame, planes, options.mesh);
   const auto triangles = occluder_triangles(scene, solution.frame, planes);
 
-  const auto engine =
-      engine_for(device, options.engine == "auto" ? "shaft" : options.engine, triangles, options);
+  const bool occlusion = runs(effects, "occlusion");
+  const auto engine = engine_for(device, occlusion, triangles, options);
   if (resumed) {
     resumed->read_mesh(solution);
   } else {
-    solution.vertex_covered = covered_vertices(device, scene, solution.mesh, triangles, *engine,
-                                               overlaid_vertices(scene, solution.mesh));
+    const auto overlaid = overlaid_vertices(scene, solution.mesh);
+    if (occlusion)
+      solution.vertex_covered = covered_vertices(device, scene, solution.mesh, triangles, *engine, overlaid);
+    else  // nothing stands on anything: only what lies in the same plane covers
+      solution.vertex_covered.assign(overlaid.begin(), overlaid.end());
     std::vector<std::uint32_t> all(solution.mesh.elements.size());
     std::iota(all.begin(), all.end(), 0u);
     weigh_exposed(device, scene, solution.mesh, triangles, *engine, solution.vertex_covered, all);
@@ -115,6 +118,8 @@ Solution solve(Device& device, const Scene& scene, const SolveOptions& options) 
 
   SolveState state(device, scene, solution.mesh, solution.bands, *engine, options, solution.vertex_covered,
                    solution.frame.metres());
+  state.occlusion = occlusion;
+  state.interreflection = runs(effects, "interreflection");
   state.enclosure = find_enclosure(scene);
   decide_closing(state);
   solution.report.seconds.build = since(start);
@@ -123,12 +128,14 @@ Solution solve(Device& device, const Scene& scene, const SolveOptions& options) 
   if (resumed) resumed->read_state(run);
   resumed.reset();
   run.next_checkpoint = run.seconds() + options.checkpoint_every_s;
-  const bool converged =
-      options.solver == Solver::progressive ? shoot_until_converged(run) : gather_until_converged(run);
+  // Without interreflection there is no linear system to gather through.
+  const bool shoots = options.solver == Solver::progressive || !state.interreflection;
+  const bool converged = shoots ? shoot_until_converged(run) : gather_until_converged(run);
   solution.stopped = !converged;
   if (!options.checkpoint.empty()) run.keep_checkpoint();
   deliver_pending(state);
   close_vertices(state);
+  if (!state.interreflection) gather_direct(state);
   solution.ambient = ambient_irradiance(state);
   solution.vertex_irradiance = state.vertex_irradiance.download();
   solution.patch_irradiance = state.patch_irradiance.download();
@@ -158,6 +165,23 @@ Solution solve(Device& device, const Scene& scene, const SolveOptions& options) 
   report.error.parts.push_back({"convergence", solution.unshot_relative, false});
   bound_rounding(state, solution);
   report.error.total_relative = NAN;  // the other parts are not estimated yet
+  return solution;
+}
+
+}  // namespace
+
+Solution solve(Device& device, const Scene& scene, const SolveOptions& options) {
+  check_options(options);
+  require_range(scene);
+  require_sensors_near(scene, options.sensors);
+  const auto start = Clock::now();
+  const std::vector<Effect> effects = plan_effects(scene, options);
+  std::vector<double> factors;
+  if (!runs(effects, "colour") && scene.bands.size() > 1) factors = band_factors(scene);
+  const bool one = !factors.empty();
+  Solution solution = solve_bands(device, one ? one_band(scene, factors) : scene, options, effects, start);
+  if (one) spread_over_bands(solution, scene, factors);
+  Report& report = solution.report;
   report.stages = device.profile();
   report.device_peak_bytes = device.ledger()->peak;
   report.host_peak_bytes = host_peak_bytes();

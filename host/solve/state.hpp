@@ -32,6 +32,10 @@ class SolveState {
   const SolveOptions& options;
   const double metres_per_unit;  ///< length of one frame unit
 
+  // Effects that run (clrad/effects.hpp).
+  bool occlusion = true;        ///< something may stand between two surfaces
+  bool interreflection = true;  ///< light is followed past the first surface that it meets
+
   PointArray receivers;
   Array<std::uint32_t> covered;
   std::unique_ptr<Gatherer> gatherer;

@@ -31,12 +31,14 @@ __kernel void facing(__global const REAL* shooter, uint plane, __global const CL
   flags[i] = above;
 }
 
+/* dense: results go to factors[receiver], else to factors[i]. */
 __kernel void exact_factors(__global const REAL* shooter, uint plane, __global const CLRAD_POINT_T* receivers,
-                            __global const uint* active, uint chosen, __global REAL* factors, uint count) {
+                            __global const uint* active, uint chosen, __global REAL* factors, uint dense, uint count) {
   const uint i = get_global_id(0);
   if (i >= count) return;
-  const CLRAD_POINT_T p = receivers[receiver_of(active, chosen, i)];
-  factors[i] =
+  const uint receiver = receiver_of(active, chosen, i);
+  const CLRAD_POINT_T p = receivers[receiver];
+  factors[dense ? receiver : i] =
       p.plane == plane ? 0 : clrad_exact_factor(shooter, position_of(p), position_lo_of(p), normal_of(p));
 }
 

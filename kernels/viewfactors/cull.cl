@@ -60,13 +60,19 @@ REAL over(const shaft_plane* plane, clrad_vector p, REAL* allowed) {
   return clrad_dot(plane->h, to_it);
 }
 
+/* Whether p is over the plane, or on it as far as rounding can tell. */
+int not_behind(const shaft_plane* plane, clrad_vector p) {
+  REAL allowed;
+  const REAL height = over(plane, p, &allowed); /* first: an operand beside a call may be read before the call */
+  return height >= -allowed;
+}
+
 /* Whether something of the polygon is behind all planes. */
 int reaches_in(const shaft_plane* planes, int count, __global const REAL* corner, uint corners) {
   REAL allowed;
   for (int k = 0; k < count; k++) {
     uint outside = 0;
-    for (; outside < corners; outside++)
-      if (!(over(&planes[k], load_vector(corner + 3 * outside), &allowed) >= -allowed)) break;
+    while (outside < corners && not_behind(&planes[k], load_vector(corner + 3 * outside))) outside++;
     if (outside == corners) return 0;
   }
   clrad_vector p[MOST_CORNERS], q[MOST_CORNERS];
@@ -103,10 +109,9 @@ int reaches_in(const shaft_plane* planes, int count, __global const REAL* corner
 int body_reaches_in(const shaft_plane* planes, int count, const clrad_vector* cell, const clrad_vector* shooter, int n,
                     __global const uint* side, uint sides, __global const REAL* plane, __global const REAL* corner,
                     uint corners) {
-  REAL allowed;
   for (int k = 0; k < count; k++) {
     uint outside = 0;
-    while (outside < corners && over(&planes[k], load_vector(corner + 3 * outside), &allowed) >= -allowed) outside++;
+    while (outside < corners && not_behind(&planes[k], load_vector(corner + 3 * outside))) outside++;
     if (outside == corners) return 0;
   }
   for (uint e = 0; e < 2 * sides; e++) { /* each face several times */

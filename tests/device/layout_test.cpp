@@ -58,17 +58,19 @@ TEST(Device, MemoryBudgetIsKeptAndExplained) {
   EXPECT_EQ(device.ledger()->held, 0u);
 }
 
-TEST(Device, StagesCountLaunches) {
+TEST(Device, StagesCountLaunchesAndBytes) {
   Device device;
   Array<std::uint32_t> a(device, 100, "a");
   {
     const auto stage = device.stage("clear the array");
     a.fill_zero();
+    const Array<float> b(device, 3, "b");
   }
   const auto profile = device.profile();
   ASSERT_EQ(profile.size(), 1u);
   EXPECT_EQ(profile[0].name, "clear the array");
   EXPECT_EQ(profile[0].launches, 1u);
+  EXPECT_EQ(profile[0].bytes, 12u);
 }
 
 TEST(Device, PlacesInLogsAreNamedWhereTheCompilerIgnoresLineDirectives) {

@@ -22,9 +22,8 @@ Solution reported() {
   s.unshot_relative = 0.1 + 0.2;
   s.sensors = {{{1, 2, 3}, {0, 0, 1}, {0.1, 0.2, 0.3}, {0.01, 0.02, 0.03}}};
   Report& r = s.report;
-  r.effects = {
-      {"occlusion", true, true, "a block stands in it", -1, {"chop rays into voxels", "never begun"}},
-      {"bands", false, false, "all equal", 0, {}}};
+  r.effects = {{"occlusion", true, true, "a block stands in it", -1, {}, 12, 0.25, 64},
+               {"bands", false, false, "all equal", 0, {}}};
   r.stages = {{"chop rays into voxels", 12, 0.25, 64}, {"deliver", 3, 1, 32}};
   r.shoots = 5, r.reshoots = 6, r.rays = 1ull << 40, r.pieces = 8, r.candidates = 9, r.exact_tests = 10;
   r.seconds = {1, 2, 3, 4, 10};

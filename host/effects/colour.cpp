@@ -1,0 +1,119 @@
+#include "effects/colour.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "effects/effects.hpp"
+
+namespace clrad {
+namespace {
+
+constexpr double proportional = 4 * 0x1p-53;
+
+bool all_equal(const std::vector<double>& values) {
+  return std::all_of(values.begin(), values.end(), [&](double v) { return v == values.front(); });
+}
+
+std::size_t strongest(const std::vector<double>& factors) {
+  return std::size_t(std::find(factors.begin(), factors.end(), 1.0) - factors.begin());
+}
+
+std::vector<double> times(double value, const std::vector<double>& factors) {
+  std::vector<double> all;
+  for (const double f : factors) all.push_back(f * value);
+  return all;
+}
+
+// [1][n] -> [band][n].
+std::vector<double> rows(const std::vector<double>& values, const std::vector<double>& factors) {
+  std::vector<double> all;
+  all.reserve(values.size() * factors.size());
+  for (const double f : factors)
+    for (const double v : values) all.push_back(f * v);
+  return all;
+}
+
+void spread(std::vector<double>& one, const std::vector<double>& factors) {
+  one = one.empty() ? one : times(one.front(), factors);
+}
+
+}  // namespace
+
+std::vector<double> band_factors(const Scene& scene) {
+  const std::size_t bands = scene.bands.size();
+  std::vector<const Material*> used;
+  for (const Polygon& p : scene.polygons) used.push_back(&scene.materials[p.material]);
+  std::sort(used.begin(), used.end());
+  used.erase(std::unique(used.begin(), used.end()), used.end());
+  std::vector<double> sum(bands, 0);
+  for (const Material* m : used) {
+    if (!all_equal(m->reflectance) || !all_equal(m->transmission)) return {};
+    for (std::size_t b = 0; b < bands; ++b) sum[b] = std::max(sum[b], m->emitted_exitance[b]);
+  }
+  const auto best = std::size_t(std::max_element(sum.begin(), sum.end()) - sum.begin());
+  const double most = sum[best];
+  std::vector<double> factors(bands, 1);
+  if (most > 0)
+    for (std::size_t b = 0; b < bands; ++b) factors[b] = sum[b] / most;
+  for (const Material* m : used)
+    for (std::size_t b = 0; b < bands; ++b) {
+      const double expected = factors[b] * m->emitted_exitance[best];
+      if (!(std::abs(m->emitted_exitance[b] - expected) <= proportional * expected)) return {};
+    }
+  return factors;
+}
+
+Scene one_band(const Scene& scene, const std::vector<double>& factors) {
+  const std::size_t best = strongest(factors);
+  const auto keep = [&](std::vector<double>& values) {
+    if (!values.empty()) values = {values[best]};
+  };
+  Scene one = scene;
+  one.bands = {scene.bands[best]};
+  for (Material& m : one.materials)
+    keep(m.reflectance), keep(m.emitted_exitance), keep(m.specular), keep(m.transmission);
+  return one;
+}
+
+void spread_over_bands(Solution& solution, const Scene& scene, const std::vector<double>& factors) {
+  solution.scene = scene;
+  solution.bands = std::uint32_t(factors.size());
+  solution.vertex_irradiance = rows(solution.vertex_irradiance, factors);
+  solution.patch_irradiance = rows(solution.patch_irradiance, factors);
+  spread(solution.ambient, factors);
+  for (SensorResult& s : solution.sensors) spread(s.irradiance, factors), spread(s.irradiance_error, factors);
+  auto& energy = solution.report.energy;
+  for (auto* e : {&energy.emitted, &energy.absorbed, &energy.unshot, &energy.unaccounted})
+    spread(*e, factors);
+}
+
+Effect plan_colour(const Scene& scene, const SolveOptions&) {
+  Effect effect;
+  const std::size_t bands = scene.bands.size();
+  if (bands == 1) {
+    effect.needed = false;
+    effect.skip_error_relative = 0;
+    effect.reason = "no surface or light is coloured: one band says it all";
+    return effect;
+  }
+  const std::vector<double> factors = band_factors(scene);
+  effect.needed = factors.empty();
+  if (effect.needed) {
+    effect.reason = fmt::format("surfaces reflect, or lights emit, differently in the {} bands", bands);
+    return effect;
+  }
+  const bool alike = all_equal(factors);
+  effect.skip_error_relative = alike ? 0 : proportional;
+  effect.reason = alike
+                      ? fmt::format("the {} bands are alike: one is solved", bands)
+                      : fmt::format(
+                            "all surfaces reflect the same in the {} bands and all light has one colour: one "
+                            "band is solved and scaled",
+                            bands);
+  return effect;
+}
+
+}  // namespace clrad

@@ -1,0 +1,39 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "effects/effects.hpp"
+
+namespace clrad {
+
+// With R the largest reflectance, flux that arrives after k reflections is at most R^k of what is emitted, in all. So direct
+// light is at least 1 - R of all light: leaving the rest out errs by at most R of it.
+Effect plan_interreflection(const Scene& scene, const SolveOptions& options) {
+  Effect effect;
+  effect.stages = {"account for what is absorbed and unshot", "shoot again from kept columns",
+                   "solve the linear system of kept columns"};
+  double most = 0;
+  for (const Polygon& p : scene.polygons)
+    for (const double rho : scene.materials[p.material].reflectance) most = std::max(most, rho);
+  effect.needed = most > 0;
+  effect.skip_error_relative = most;
+  if (!effect.needed) {
+    effect.reason = "no surface reflects diffusely: all light is direct";
+    return effect;
+  }
+  const double bounces = std::ceil(std::log(options.converge) / std::log(most));
+  effect.reason =
+      bounces <= 16
+          ? fmt::format(
+                "surfaces reflect up to {:.3g} of the light: after {} bounces at most {:.2g} of it is left",
+                most, bounces, std::pow(most, bounces))
+          : fmt::format(
+                "surfaces reflect up to {:.3g} of the light: {} bounces could matter, so the linear system "
+                "is "
+                "solved for all of them",
+                most, bounces);
+  return effect;
+}
+
+}  // namespace clrad

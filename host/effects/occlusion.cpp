@@ -1,0 +1,96 @@
+// A scene whose polygons all face one convex room from its walls has nothing that could stand between two of them.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <map>
+#include <optional>
+
+#include "clrad/frame.hpp"
+#include "effects/effects.hpp"
+#include "scene/planes.hpp"
+
+namespace clrad {
+namespace {
+
+// Corners may be this far behind a plane [frame]: what planes.hpp takes for being in it.
+constexpr double in_plane = 0x1p-36;
+// Tests of a corner against a plane, at most: some tenths of a second.
+constexpr double most_tests = 2e8;
+
+struct Side {
+  glm::dvec3 normal, point;  // frame
+  std::uint32_t polygon;
+  bool behind(const glm::dvec3& p) const { return glm::dot(p - point, normal) < -in_plane; }
+};
+
+// The planes of the polygons, each once for either facing.
+std::vector<Side> sides_of(const Scene& scene, const Frame& frame) {
+  const std::vector<std::uint32_t> planes = plane_ids(scene);
+  std::map<std::uint32_t, std::array<int, 2>> seen;  // number of the side + 1, by plane and facing
+  std::vector<Side> sides;
+  for (std::uint32_t p = 0; p < scene.polygons.size(); ++p) {
+    const Polygon& polygon = scene.polygons[p];
+    const Side side{polygon.normal(), frame.to_frame(polygon.corner[0]), p};
+    auto& of_plane = seen[planes[p]];
+    const bool known = std::any_of(of_plane.begin(), of_plane.end(), [&](int k) {
+      return k > 0 && glm::dot(sides[std::size_t(k) - 1].normal, side.normal) > 0;
+    });
+    if (known) continue;
+    sides.push_back(side);
+    of_plane[of_plane[0] > 0 ? 1 : 0] = int(sides.size());
+  }
+  return sides;
+}
+
+// Why it cannot be proven that nothing stands between; empty where it is proven.
+std::string obstacle(const Scene& scene, const SolveOptions& options) {
+  const Frame frame = frame_of(scene);
+  const std::vector<Side> sides = sides_of(scene, frame);
+  std::vector<glm::dvec3> points;
+  for (const Polygon& p : scene.polygons)
+    for (std::uint32_t k = 0; k < p.corners; ++k) points.push_back(frame.to_frame(p.corner[k]));
+  const std::size_t corners = points.size();
+  for (const Sensor& s : options.sensors) points.push_back(frame.to_frame(s.position_m));
+  // A corner that is behind one plane is often behind many: it is asked first.
+  std::size_t suspect = 0;
+  double tests = 0;
+  for (const Side& side : sides) {
+    std::optional<std::size_t> found;
+    if (side.behind(points[suspect])) found = suspect;
+    for (std::size_t i = 0; i < points.size() && !found; ++i)
+      if (side.behind(points[i])) found = i;
+    tests += double(points.size());
+    if (!found && tests > most_tests)
+      return "it has too many planes to prove that nothing stands between two of its surfaces";
+    if (!found) continue;
+    suspect = *found;
+    const std::string where = scene.polygons[side.polygon].where.text();
+    if (suspect >= corners)
+      return fmt::format("sensor {} is behind the polygon at {}, which may hide light from it",
+                         suspect - corners + 1, where);
+    return fmt::format(
+        "not all of the scene is in front of the polygon at {}: it may stand between two others", where);
+  }
+  return {};
+}
+
+}  // namespace
+
+Effect plan_occlusion(const Scene& scene, const SolveOptions& options) {
+  Effect effect;
+  effect.stages = {"build the grid", "build the tree of occluders", "find which rays are occluded",
+                   "find vertices that something covers", "weigh form factors by what is visible"};
+  const std::string why = obstacle(scene, options);
+  effect.needed = !why.empty();
+  effect.reason = why.empty()
+                      ? "every polygon has all others in front of it or in its plane, as in a convex room: "
+                        "nothing can stand between two surfaces"
+                      : why;
+  if (!effect.needed) effect.skip_error_relative = 0;
+  return effect;
+}
+
+}  // namespace clrad
