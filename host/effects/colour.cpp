@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "effects/effects.hpp"
 
@@ -76,6 +75,23 @@ Scene one_band(const Scene& scene, const std::vector<double>& factors) {
   for (Material& m : one.materials)
     keep(m.reflectance), keep(m.emitted_exitance), keep(m.specular), keep(m.transmission);
   return one;
+}
+
+Scene without_colour(const Scene& scene) {
+  const std::vector<double> rec709{0.2126, 0.7152, 0.0722};
+  const std::size_t bands = scene.bands.size();
+  const bool rgb = scene.bands == std::vector<std::string>{"red", "green", "blue"};
+  const auto mean = [&](std::vector<double>& values) {
+    if (values.empty()) return;
+    double sum = 0;
+    for (std::size_t b = 0; b < bands; ++b) sum += (rgb ? rec709[b] : 1.0 / double(bands)) * values[b];
+    values = {sum};
+  };
+  Scene grey = scene;
+  grey.bands = {"grey"};
+  for (Material& m : grey.materials)
+    mean(m.reflectance), mean(m.emitted_exitance), mean(m.specular), mean(m.transmission);
+  return grey;
 }
 
 void spread_over_bands(Solution& solution, const Scene& scene, const std::vector<double>& factors) {

@@ -15,6 +15,9 @@ std::vector<double> band_factors(const Scene& scene);
 /// The scene in its strongest band alone.
 Scene one_band(const Scene& scene, const std::vector<double>& factors);
 
+/// The scene in grey: reflectances, emission and shares are means over bands, of red, green and blue by their luminance.
+Scene without_colour(const Scene& scene);
+
 /// The solution of `scene` from that of its one band: everything that is linear in emission, times the factor of each band.
 void spread_over_bands(Solution& solution, const Scene& scene, const std::vector<double>& factors);
 

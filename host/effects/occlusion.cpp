@@ -81,8 +81,20 @@ std::string obstacle(const Scene& scene, const SolveOptions& options) {
 
 Effect plan_occlusion(const Scene& scene, const SolveOptions& options) {
   Effect effect;
-  effect.stages = {"build the grid", "build the tree of occluders", "find which rays are occluded",
-                   "find vertices that something covers", "weigh form factors by what is visible"};
+  effect.stages = {"build the grid",
+                   "build the tree of occluders",
+                   "find which rays are occluded",
+                   "clip rays to the grid",
+                   "chop rays along x",
+                   "chop rays along y",
+                   "chop rays along z",
+                   "allocate candidates",
+                   "intersect rays with candidates",
+                   "decide close candidates exactly",
+                   "nearest hit of each ray",
+                   "drop blocked rays",
+                   "pack visibility masks",
+                   "find vertices that something covers"};
   const std::string why = obstacle(scene, options);
   effect.needed = !why.empty();
   effect.reason = why.empty()

@@ -68,6 +68,8 @@ Json conditions(const Device& device, const Scene& scene, const SolveOptions& o)
       {"--refine-every", a.every},
       {"--interpolate-new", a.interpolate_new},
       {"--no-near-field", !o.near_field},
+      {"--force-effects", o.force_effects},
+      {"--without", o.without},
   });
 }
 

@@ -59,6 +59,19 @@ std::string engine_account(const SolveOptions& o, const VisibilityEngine& engine
   return why;
 }
 
+// What was left out that the scene calls for, as part of the error and as a warning.
+void note_left_out(Report& report) {
+  for (const Effect& effect : report.effects) {
+    if (!effect.needed || effect.runs) continue;
+    const double error = effect.skip_error_relative;
+    report.error.parts.push_back({"without " + effect.name, error >= 0 ? error : NAN, false});
+    report.warnings.push_back(fmt::format("{} was left out, but: {}; {}", effect.name, effect.reason,
+                                          error >= 0
+                                              ? fmt::format("the error is up to {:.2g} of all light", error)
+                                              : "--compare with a solution that has it measures the error"));
+  }
+}
+
 void write_down_options(const Device& device, const SolveOptions& o, const Mesh& mesh,
                         const VisibilityEngine& engine, Report& report) {
   const char* estimators[] = {"disk", "subdisk", "exact"};
@@ -164,8 +177,21 @@ Solution solve_bands(Device& device, const Scene& scene, const SolveOptions& opt
         "are opaque, and only their diffuse part reflects; pictures follow them");
   report.error.parts.push_back({"convergence", solution.unshot_relative, false});
   bound_rounding(state, solution);
+  note_left_out(report);
   report.error.total_relative = NAN;  // the other parts are not estimated yet
   return solution;
+}
+
+// The threshold by which elements are judged where subdivision is forced on and none was asked for.
+constexpr double forced_tolerance = 0.05;
+
+SolveOptions with_subdivision(SolveOptions options, const std::vector<Effect>& effects) {
+  double& tolerance = options.adaptive.tolerance;
+  if (!runs(effects, "subdivision"))
+    tolerance = 0;
+  else if (!(tolerance > 0))
+    tolerance = forced_tolerance;
+  return options;
 }
 
 }  // namespace
@@ -176,13 +202,19 @@ Solution solve(Device& device, const Scene& scene, const SolveOptions& options) 
   require_sensors_near(scene, options.sensors);
   const auto start = Clock::now();
   const std::vector<Effect> effects = plan_effects(scene, options);
-  std::vector<double> factors;
-  if (!runs(effects, "colour") && scene.bands.size() > 1) factors = band_factors(scene);
-  const bool one = !factors.empty();
-  Solution solution = solve_bands(device, one ? one_band(scene, factors) : scene, options, effects, start);
-  if (one) spread_over_bands(solution, scene, factors);
+  const SolveOptions chosen = with_subdivision(options, effects);
+  Solution solution;
+  if (runs(effects, "colour") || scene.bands.size() == 1) {
+    solution = solve_bands(device, scene, chosen, effects, start);
+  } else if (const std::vector<double> factors = band_factors(scene); !factors.empty()) {
+    solution = solve_bands(device, one_band(scene, factors), chosen, effects, start);
+    spread_over_bands(solution, scene, factors);
+  } else {
+    solution = solve_bands(device, without_colour(scene), chosen, effects, start);
+  }
   Report& report = solution.report;
   report.stages = device.profile();
+  for (const Effect& effect : effects) charge(report.effects, effect.name, report.stages);
   report.device_peak_bytes = device.ledger()->peak;
   report.host_peak_bytes = host_peak_bytes();
   report.seconds.total = since(start);
