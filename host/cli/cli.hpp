@@ -13,6 +13,7 @@ enum ExitCode { done = 0, failure = 1, bad_usage = 2, bad_input = 3, stopped = 4
 /// A verb adds its subcommand and leaves in `action` what to run when it was chosen; the action returns an exit code.
 using Action = std::function<int()>;
 void add_solve(CLI::App& app, Action& action);
+void add_plan(CLI::App& app, Action& action);
 void add_render(CLI::App& app, Action& action);
 void add_viewfactors(CLI::App& app, Action& action);
 void add_check(CLI::App& app, Action& action);

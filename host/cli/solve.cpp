@@ -6,130 +6,18 @@
 #include "cli/cli.hpp"
 #include "cli/outputs.hpp"
 #include "cli/progress.hpp"
+#include "cli/solve_arguments.hpp"
 #include "scene/range.hpp"
-#include "solve/check_options.hpp"
 
 namespace clrad::cli {
 namespace {
 
-struct SolveArguments {
-  std::string scene, sensors, estimator = "exact", grid, solver = "progressive", closure = "auto";
+struct Arguments {
+  std::string scene;
   OutputArguments outputs;
-  DeviceArguments device;
-  SolveOptions solve;
+  SolveArguments solve;
   bool quiet = false;
 };
-
-void add_arguments(CLI::App& verb, SolveArguments& a) {
-  verb.add_option("scene", a.scene, "OBJ, glTF or GLB file")->required();
-  a.outputs.add_views_to(verb, "picture.png, scene.glb, scene.vtu, solution.clrad and report.json");
-  a.outputs.add_results_to(verb);
-  verb.add_option("--sensors", a.sensors, "irradiance at points: a file of `x y z nx ny nz` lines");
-  a.device.add_to(verb);
-  verb.add_option("--seed", a.solve.seed, "of the samples' places")->capture_default_str();
-  verb.add_flag("--quiet", a.quiet, "no progress, no summary");
-  verb.add_flag("--strict", a.solve.strict, "a violated invariant is an error");
-
-  const char* accuracy = "Accuracy";
-  verb.add_option("--engine", a.solve.engine,
-                  "visibility: auto, serial, chop or shaft; all give the same bits")
-      ->capture_default_str()
-      ->group(accuracy);
-  verb.add_option("--grid", a.grid,
-                  "voxels of the engine chop, such as 8x8x8 (default: by cost; one voxel in a small scene)")
-      ->group(accuracy);
-  verb.add_option("--batch", a.solve.rays_per_batch,
-                  "rays that the engine chop handles at a time (default: its own choice)")
-      ->group(accuracy);
-  verb.add_option("--form-factor", a.estimator,
-                  "exact (contour formula), subdisk (Wallace), disk (as the 1992 paper prints it)")
-      ->check(CLI::IsMember({"exact", "subdisk", "disk"}))
-      ->capture_default_str()
-      ->group(accuracy);
-  verb.add_option("--samples", a.solve.samples, "rays from a receiver to a shooter")
-      ->capture_default_str()
-      ->group(accuracy);
-  verb.add_option("--light-samples", a.solve.light_samples,
-                  "shooters get more rays until one carries no more than 1/N of the light")
-      ->capture_default_str()
-      ->group(accuracy);
-  verb.add_option("--sensor-rays", a.solve.sensor_rays, "rays from a sensor")
-      ->capture_default_str()
-      ->group(accuracy);
-  verb.add_option("--converge", a.solve.converge, "stop when unshot / emitted power is below")
-      ->capture_default_str()
-      ->group(accuracy);
-  verb.add_option("--patch-edge", a.solve.mesh.patch_edge_m,
-                  "longest edge of a patch, which shoots [m] (default: extent / 8)")
-      ->check(CLI::PositiveNumber)
-      ->group(accuracy);
-  verb.add_option("--element-edge", a.solve.mesh.element_edge_m,
-                  "longest edge of an element, which receives [m] (default: extent / 64)")
-      ->check(CLI::PositiveNumber)
-      ->group(accuracy);
-
-  verb.add_flag("!--no-near-field", a.solve.near_field,
-                "light vertices by the average of a patch however near it is")
-      ->group(accuracy);
-
-  const char* solving = "Solving";
-  verb.add_option(
-          "--solver", a.solver,
-          "progressive (shoots), gathering or gauss-seidel (trace every column first): the same answer")
-      ->check(CLI::IsMember({"progressive", "gathering", "gauss-seidel"}))
-      ->capture_default_str()
-      ->group(solving);
-  verb.add_option("--shooters", a.solve.shooters,
-                  "of the progressive solver: choose the K brightest patches at a time")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str()
-      ->group(solving);
-
-  verb.add_option("--closure", a.closure,
-                  "make rows of form factors sum to 1: auto (where the scene is proven closed), on (it is "
-                  "closed), off")
-      ->check(CLI::IsMember({"auto", "on", "off"}))
-      ->capture_default_str()
-      ->group(solving);
-  verb.add_option("--checkpoint", a.solve.checkpoint,
-                  "keep the state of the solve in this file while it runs")
-      ->group(solving);
-  verb.add_option("--checkpoint-every", a.solve.checkpoint_every_s,
-                  "least seconds between two; they never take more than 5 % of the time")
-      ->check(CLI::NonNegativeNumber)
-      ->capture_default_str()
-      ->group(solving);
-  verb.add_option("--resume", a.solve.resume,
-                  "go on from a checkpoint of the same scene: the same bits as without a break")
-      ->check(CLI::ExistingFile)
-      ->group(solving);
-
-  const char* adaptive = "Adaptive subdivision";
-  verb.add_option(
-          "--adaptive", a.solve.adaptive.tolerance,
-          "split elements across which radiosity differs by more than this x the scene's mean, such as 0.05 "
-          "(default: never)")
-      ->check(CLI::PositiveNumber)
-      ->group(adaptive);
-  verb.add_option("--max-level", a.solve.adaptive.max_level, "splits of an element of the first mesh")
-      ->capture_default_str()
-      ->group(adaptive);
-  verb.add_option("--min-area", a.solve.adaptive.min_area_m2, "no smaller elements [m2]")
-      ->check(CLI::NonNegativeNumber)
-      ->group(adaptive);
-  verb.add_option("--min-projected-area", a.solve.adaptive.min_projected_area_px,
-                  "no smaller elements in the picture [pixels]; what it does not show is not split")
-      ->check(CLI::NonNegativeNumber)
-      ->group(adaptive);
-  verb.add_option("--refine-every", a.solve.adaptive.every, "shoots between refinements")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str()
-      ->group(adaptive);
-  verb.add_flag("--interpolate-new", a.solve.adaptive.interpolate_new,
-                "give new vertices the mean of their neighbours instead of shooting to them: shows the error "
-                "that makes")
-      ->group(adaptive);
-}
 
 void print_summary(const Solution& s) {
   const Report& r = s.report;
@@ -161,38 +49,32 @@ void print_summary(const Solution& s) {
              100 * r.energy.unaccounted_relative);
 }
 
-int run_solve(SolveArguments& a) {
+int run_solve(Arguments& a) {
   a.outputs.parse();
-  a.solve.estimator = a.estimator == "exact"     ? Estimator::exact
-                      : a.estimator == "subdisk" ? Estimator::subdisk
-                                                 : Estimator::disk;
-  if (!a.grid.empty()) a.solve.grid = parse_grid(a.grid);
-  a.solve.closure = a.closure == "on" ? Closure::on : a.closure == "off" ? Closure::off : Closure::automatic;
-  a.solve.solver = a.solver == "gathering"      ? Solver::gathering
-                   : a.solver == "gauss-seidel" ? Solver::gauss_seidel
-                                                : Solver::progressive;
+  a.solve.options.adaptive.width = a.outputs.picture.width;
+  a.solve.options.adaptive.height = a.outputs.picture.height;
+  a.solve.parse();
   const double unit_m = parse_unit(a.outputs.unit);
-  check_options(a.solve);
-  check_place("--checkpoint", a.solve.checkpoint);
+  SolveOptions& options = a.solve.options;
+  check_place("--checkpoint", options.checkpoint);
   const auto start = std::chrono::steady_clock::now();
   const Scene scene = load_scene(a.scene, {.unit_m = unit_m});
   if (!a.quiet) print_diagnostics(scene.diagnostics, stderr);
-  if (!a.sensors.empty()) a.solve.sensors = load_sensors(a.sensors, unit_m);
+  if (!a.solve.sensors.empty()) options.sensors = load_sensors(a.solve.sensors, unit_m);
   require_range(scene);
-  require_sensors_near(scene, a.solve.sensors, a.sensors);
+  require_sensors_near(scene, options.sensors, a.solve.sensors);
   // A wrong name is said now, not after the solve.
-  a.solve.adaptive.camera = a.outputs.chosen_camera(scene);
-  a.solve.adaptive.width = a.outputs.picture.width, a.solve.adaptive.height = a.outputs.picture.height;
+  options.adaptive.camera = a.outputs.chosen_camera(scene);
   const double import = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 
-  Device device(a.device.resolved());
+  Device device(a.solve.device.resolved());
   watch_for_interrupt();
-  ProgressLine line(a.quiet, a.solve.converge);
-  a.solve.progress = [&](const Progress& p) {
+  ProgressLine line(a.quiet, options.converge);
+  options.progress = [&](const Progress& p) {
     line.show(p);
     return !interrupted();
   };
-  Solution solution = solve(device, scene, a.solve);
+  Solution solution = solve(device, scene, options);
   solution.report.seconds.import = import;
   solution.report.seconds.total += import;
   const auto written = a.outputs.write([&]() -> Device& { return device; }, solution, line);
@@ -220,8 +102,12 @@ int run_solve(SolveArguments& a) {
 void add_solve(CLI::App& app, Action& action) {
   CLI::App* verb =
       app.add_subcommand("solve", "mesh, solve and draw a scene; with -o, everything into a folder");
-  const auto a = std::make_shared<SolveArguments>();
-  add_arguments(*verb, *a);
+  const auto a = std::make_shared<Arguments>();
+  verb->add_option("scene", a->scene, "OBJ, glTF or GLB file")->required();
+  a->outputs.add_views_to(*verb, "picture.png, scene.glb, scene.vtu, solution.clrad and report.json");
+  a->outputs.add_results_to(*verb);
+  a->solve.add_to(*verb);
+  verb->add_flag("--quiet", a->quiet, "no progress, no summary");
   verb->callback([a, &action] { action = [a] { return run_solve(*a); }; });
 }
 

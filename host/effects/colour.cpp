@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "effects/effects.hpp"
+#include "output/tone.hpp"
 
 namespace clrad {
 namespace {
@@ -78,14 +79,10 @@ Scene one_band(const Scene& scene, const std::vector<double>& factors) {
 }
 
 Scene without_colour(const Scene& scene) {
-  const std::vector<double> rec709{0.2126, 0.7152, 0.0722};
-  const std::size_t bands = scene.bands.size();
-  const bool rgb = scene.bands == std::vector<std::string>{"red", "green", "blue"};
   const auto mean = [&](std::vector<double>& values) {
     if (values.empty()) return;
-    double sum = 0;
-    for (std::size_t b = 0; b < bands; ++b) sum += (rgb ? rec709[b] : 1.0 / double(bands)) * values[b];
-    values = {sum};
+    const std::vector<float> bands(values.begin(), values.end());
+    values = {luminance(bands.data(), unsigned(bands.size()))};
   };
   Scene grey = scene;
   grey.bands = {"grey"};

@@ -35,6 +35,11 @@ void check_names(const std::vector<std::string>& list, const char* option, bool 
 
 }  // namespace
 
+void check_effect_names(const SolveOptions& options) {
+  check_names(options.force_effects, "--force-effects", true);
+  check_names(options.without, "--without", false);
+}
+
 std::vector<std::string> effect_names() {
   std::vector<std::string> all;
   for (const Planner& planner : planners) all.emplace_back(planner.name);
@@ -42,8 +47,7 @@ std::vector<std::string> effect_names() {
 }
 
 std::vector<Effect> plan_effects(const Scene& scene, const SolveOptions& options) {
-  check_names(options.force_effects, "--force-effects", true);
-  check_names(options.without, "--without", false);
+  check_effect_names(options);
   std::vector<Effect> effects;
   for (const Planner& planner : planners) {
     Effect effect = planner.plan(scene, options);

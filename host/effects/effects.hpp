@@ -5,6 +5,9 @@
 
 namespace clrad {
 
+/// Throws UsageError where options.force_effects or options.without name an effect that there is not.
+void check_effect_names(const SolveOptions& options);
+
 Effect plan_colour(const Scene& scene, const SolveOptions& options);
 Effect plan_occlusion(const Scene& scene, const SolveOptions& options);
 Effect plan_interreflection(const Scene& scene, const SolveOptions& options);

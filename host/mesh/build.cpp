@@ -57,32 +57,57 @@ Plan plan_of(const Polygon& polygon, const Mesh& mesh) {
   return plan;
 }
 
-// Refuses what would have more vertices than can be numbered, or more bytes than the machine.
-void check_size(const Scene& scene, const Mesh& mesh) {
-  double vertices = 0, bytes = 0;
+// A mesh with nothing in it but the edges that its pieces will have.
+Mesh empty_mesh(const Scene& scene, const MeshOptions& options) {
+  glm::dvec3 low(INFINITY), high(-INFINITY);
+  for (const auto& polygon : scene.polygons)
+    for (std::uint32_t k = 0; k < polygon.corners; ++k)
+      low = glm::min(low, polygon.corner[k]), high = glm::max(high, polygon.corner[k]);
+  const glm::dvec3 size = high - low;
+  const double extent = std::max({size.x, size.y, size.z});
+  Mesh mesh;
+  mesh.patch_edge_m = options.patch_edge_m > 0 ? options.patch_edge_m : extent / default_patches;
+  mesh.element_edge_m = options.element_edge_m > 0 ? options.element_edge_m
+                                                   : std::min(extent / default_elements, mesh.patch_edge_m);
+  return mesh;
+}
+
+MeshCounts counts_of(const Scene& scene, const Mesh& mesh) {
+  MeshCounts counts;
   for (const Polygon& polygon : scene.polygons) {
     const Plan plan = plan_of(polygon, mesh);
-    const double step = double(1u << plan.level), half = polygon.corners == 4 ? 1 : 0.5;
-    const double patches = half * plan.patches_u * double(plan.patches_v), elements = patches * step * step;
-    const double points = half * (plan.patches_u * step + 1) * (plan.patches_v * step + 1);
-    vertices += points;
-    bytes += patches * sizeof(Patch) + elements * sizeof(Element) +
-             points * (sizeof(Point) + sizeof(glm::dvec3) + 6 * sizeof(std::uint32_t));
     if (std::max(plan.patches_u, plan.patches_v) >= 1u << (32 - lattice_depth))
       throw UsageError(
           fmt::format("a polygon would be cut into more than {} patches along one side; use a "
                       "larger --patch-edge",
                       1u << (32 - lattice_depth)));
+    const double step = double(1u << plan.level);
+    // A triangle is cut into as many patches as a quad would be: n upright or turned ones in n^2.
+    const double cells_u = plan.patches_u * step, cells_v = plan.patches_v * step;
+    MeshCounts::OfPolygon of;
+    of.patches = plan.patches_u * double(plan.patches_v);
+    of.elements = of.patches * step * step;
+    of.vertices = polygon.corners == 4 ? (cells_u + 1) * (cells_v + 1) : 0.5 * (cells_u + 1) * (cells_u + 2);
+    counts.polygons.push_back(of);
+    counts.patches += of.patches, counts.elements += of.elements, counts.vertices += of.vertices;
   }
-  if (vertices > double(1u << 31))
+  counts.host_bytes = counts.patches * sizeof(Patch) + counts.elements * sizeof(Element) +
+                      counts.vertices * (sizeof(Point) + sizeof(glm::dvec3) + 6 * sizeof(std::uint32_t));
+  return counts;
+}
+
+// Refuses what would have more vertices than can be numbered, or more bytes than the machine.
+void check_size(const Scene& scene, const Mesh& mesh) {
+  const MeshCounts counts = counts_of(scene, mesh);
+  if (counts.vertices > double(1u << 31))
     throw UsageError(
         fmt::format("the mesh would have more than {} vertices; use a larger --element-edge", 1u << 31));
   const double machine = double(::sysconf(_SC_PHYS_PAGES)) * double(::sysconf(_SC_PAGE_SIZE));
-  if (bytes > machine / 2)
+  if (counts.host_bytes > machine / 2)
     throw MemoryError(
         fmt::format("the mesh would take {:.1f} GiB, more than half of this machine's {:.1f} GiB; use larger "
                     "--patch-edge and --element-edge",
-                    bytes / 0x1p30, machine / 0x1p30));
+                    counts.host_bytes / 0x1p30, machine / 0x1p30));
 }
 
 // Everything about one polygon while it is cut up.
@@ -217,19 +242,13 @@ class PolygonCutter {
 
 }  // namespace
 
+MeshCounts count_mesh(const Scene& scene, const MeshOptions& options) {
+  return counts_of(scene, empty_mesh(scene, options));
+}
+
 Mesh build_mesh(const Scene& scene, const Frame& frame, std::span<const std::uint32_t> planes,
                 const MeshOptions& options) {
-  glm::dvec3 low(INFINITY), high(-INFINITY);
-  for (const auto& polygon : scene.polygons)
-    for (std::uint32_t k = 0; k < polygon.corners; ++k)
-      low = glm::min(low, polygon.corner[k]), high = glm::max(high, polygon.corner[k]);
-  const glm::dvec3 size = high - low;
-  const double extent = std::max({size.x, size.y, size.z});
-
-  Mesh mesh;
-  mesh.patch_edge_m = options.patch_edge_m > 0 ? options.patch_edge_m : extent / default_patches;
-  mesh.element_edge_m = options.element_edge_m > 0 ? options.element_edge_m
-                                                   : std::min(extent / default_elements, mesh.patch_edge_m);
+  Mesh mesh = empty_mesh(scene, options);
   check_size(scene, mesh);
   for (std::uint32_t p = 0; p < scene.polygons.size(); ++p)
     PolygonCutter(scene, frame, p, planes[p], mesh).cut();

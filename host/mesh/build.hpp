@@ -8,6 +8,17 @@
 
 namespace clrad {
 
+/// How many pieces build_mesh() will make, without making them. Of the polygons in file order, and of all.
+struct MeshCounts {
+  struct OfPolygon {
+    double patches = 0, elements = 0, vertices = 0;
+  };
+  std::vector<OfPolygon> polygons;
+  double patches = 0, elements = 0, vertices = 0;
+  double host_bytes = 0;
+};
+MeshCounts count_mesh(const Scene& scene, const MeshOptions& options);
+
 /// Cuts every polygon into patches no longer than patch_edge_m and each patch into a full quadtree of
 /// elements no longer than element_edge_m. `planes`: plane id per polygon. Throws UsageError when the mesh
 /// would pass 2^31 vertices, and MemoryError, before it takes any, when it would not fit into half of the machine's memory.

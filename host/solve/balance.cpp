@@ -31,6 +31,13 @@ double reflectance(const SolveState& state, std::uint32_t band, std::uint32_t pa
       .reflectance[band];
 }
 
+double largest_reflectance(const Scene& scene) {
+  double most = 0;
+  for (const Material& m : scene.materials)
+    for (const double rho : m.reflectance) most = std::max(most, rho);
+  return most;
+}
+
 // Row sums over the exposed part; NaN where nothing is exposed.
 std::vector<double> exposed_row_sums(const SolveState& state) {
   std::vector<double> sums(state.patches);
@@ -116,18 +123,18 @@ void set_up_rows(SolveState& state) {
   state.loss.upload(loss), state.coupling.upload(coupling), state.row_scale.upload(scale);
 }
 
+bool closes_rows(const Scene& scene, const SolveOptions& options, bool closed) {
+  const bool much = options.closure == Closure::on || largest_reflectance(scene) >= reflects_much;
+  return options.closure == Closure::on ||
+         (options.closure == Closure::automatic && closed && (much || options.converge <= converges_well));
+}
+
 void decide_closing(SolveState& state) {
   // What rows lack matters where it is reflected on.
   if (!state.interreflection) return;
-  const SolveOptions& options = state.options;
-  double most = 0;
-  for (const Material& m : state.scene.materials)
-    for (const double rho : m.reflectance) most = std::max(most, rho);
-  const bool much = options.closure == Closure::on || most >= reflects_much;
-  state.closes_rows =
-      options.closure == Closure::on || (options.closure == Closure::automatic && state.enclosure.closed &&
-                                         (much || options.converge <= converges_well));
-  state.closes_vertices = state.closes_rows && much;
+  state.closes_rows = closes_rows(state.scene, state.options, state.enclosure.closed);
+  state.closes_vertices = state.closes_rows && (state.options.closure == Closure::on ||
+                                                largest_reflectance(state.scene) >= reflects_much);
 }
 
 bool can_close_rows(const SolveState& state) {

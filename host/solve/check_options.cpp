@@ -8,6 +8,7 @@
 
 #include "clrad/error.hpp"
 #include "clrad/visibility.hpp"
+#include "effects/effects.hpp"
 
 namespace clrad {
 
@@ -30,6 +31,7 @@ void check_options(const SolveOptions& o) {
       !std::isfinite(o.mesh.element_edge_m))
     throw UsageError("--patch-edge and --element-edge are lengths in metres and cannot be negative");
   if (o.shooters == 0) throw UsageError("--shooters 0: at least one patch shoots at a time");
+  check_effect_names(o);
   const AdaptiveOptions& a = o.adaptive;
   if (!(a.tolerance >= 0) || !std::isfinite(a.tolerance))
     throw UsageError(fmt::format("--adaptive {} is not a relative difference of radiosity", a.tolerance));

@@ -1,0 +1,193 @@
+#include "effects/predict.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <map>
+#include <numeric>
+#include <tuple>
+
+#include "mesh/build.hpp"
+#include "scene/enclosure.hpp"
+#include "solve/balance.hpp"
+#include "solve/form_factor.hpp"
+
+namespace clrad {
+namespace {
+
+// Costs in units of one form factor (the probe below), from profiles of the Cornell box, the furnace and the office
+// (`./run bench predict` prints predicted and actual side by side).
+constexpr double cost_of_ray = 0.10, cost_of_weighing = 0.30, cost_of_vertex = 0.30,
+                 cost_of_near_field = 0.30, cost_of_covered = 6, cost_of_triangle = 4, cost_of_band = 0.02,
+                 cost_of_sensor_ray = 1.0, cost_of_element_on_host = 3, cost_of_launch_s = 20e-6;
+constexpr double launches_per_shoot = 16;
+// Of all vertices, those that are in front of a shooter and face it, in rooms with things in them and without.
+constexpr double facing_share = 0.5, facing_share_of_convex = 0.83;
+
+// Patches of one size and material.
+struct Group {
+  double patches = 0, area = 0;  // of all of them
+  double emitted = 0, reflectance = 0;
+  double shot_at = 0;  // density of light when they last shot
+  double own = 0;      // emission not yet shot, per area
+  double traced = 0;   // patches that have shot
+};
+
+std::vector<Group> groups_of(const Scene& scene, const MeshCounts& counts) {
+  std::map<std::tuple<std::uint32_t, int>, Group> groups;
+  for (std::size_t p = 0; p < scene.polygons.size(); ++p) {
+    const Polygon& polygon = scene.polygons[p];
+    const Material& m = scene.materials[polygon.material];
+    const double area = polygon.area_m2(), patches = counts.polygons[p].patches;
+    Group& g = groups[{polygon.material, int(std::floor(2 * std::log2(area / patches)))}];
+    g.patches += patches, g.area += area;
+    g.emitted = std::accumulate(m.emitted_exitance.begin(), m.emitted_exitance.end(), 0.0);
+    g.reflectance = std::accumulate(m.reflectance.begin(), m.reflectance.end(), 0.0);
+  }
+  std::vector<Group> all;
+  for (auto& [key, g] : groups) all.push_back(g);
+  return all;
+}
+
+struct Shoots {
+  double direct = 0, reflected = 0, rays_per_receiver = 0;
+};
+
+// Progressive radiosity with F_ij = A_j / A: unshot power per patch decides who is next.
+Shoots count_shoots(const Scene& scene, const MeshCounts& counts, const SolveOptions& options,
+                    bool interreflection) {
+  std::vector<Group> groups = groups_of(scene, counts);
+  const double bands = double(scene.bands.size());
+  double area = 0, emitted = 0;
+  for (Group& g : groups) {
+    g.emitted /= bands, g.reflectance /= bands;
+    g.own = g.emitted;
+    area += g.area, emitted += g.area * g.emitted;
+  }
+  Shoots shoots;
+  if (!(emitted > 0)) return shoots;
+  const auto samples = [&](const Group& g) {
+    double n = options.samples;
+    while (n < 4096 && g.area / g.patches * g.emitted * options.light_samples > emitted * n) n *= 4;
+    return n;
+  };
+  const bool all = interreflection && closes_rows(scene, options, find_enclosure(scene).closed);
+  const auto trace = [&](Group& g, double patches) {
+    (g.emitted > 0 ? shoots.direct : shoots.reflected) += patches;
+    shoots.rays_per_receiver += patches * samples(g);
+    g.traced += patches;
+  };
+  if (all) {
+    for (Group& g : groups) trace(g, g.patches);
+    return shoots;
+  }
+  double density = 0;  // of all light shot so far, per area
+  constexpr double steps_per_group = 32;
+  for (int step = 0; step < 10000; ++step) {
+    const auto unshot = [&](const Group& g) {
+      return g.own + (interreflection ? g.reflectance * (density - g.shot_at) : 0);
+    };
+    double left = 0;
+    for (const Group& g : groups) left += g.area * unshot(g);
+    if (left < options.converge * emitted) break;
+    Group* best = nullptr;
+    for (Group& g : groups)
+      if (g.traced < g.patches && unshot(g) > 0 &&
+          (!best || unshot(g) * g.area / g.patches > unshot(*best) * best->area / best->patches))
+        best = &g;
+    if (!best) break;
+    // A part of the group shoots all that the group has: the rest follows from kept columns, or in the next steps.
+    const double patches = std::min(best->patches - best->traced, std::ceil(best->patches / steps_per_group));
+    const double share = patches / best->patches, shot = unshot(*best) * share;
+    trace(*best, patches);
+    density += best->area * shot / area;
+    best->own -= std::min(best->own, shot);
+    if (best->own <= 0) best->shot_at += std::min(density - best->shot_at, (density - best->shot_at) * share);
+  }
+  return shoots;
+}
+
+// Seconds per form factor.
+double probe(Device& device) {
+  constexpr std::uint32_t receivers = 1 << 14;
+  Shooter shooter;
+  shooter.corners = 4;
+  const glm::dvec3 corner[4] = {{-0.1, -0.1, 0.5}, {-0.1, 0.1, 0.5}, {0.1, 0.1, 0.5}, {0.1, -0.1, 0.5}};
+  std::copy(corner, corner + 4, shooter.corner);
+  shooter.normal = {0, 0, -1};
+  shooter.area = 0.04, shooter.plane = 1;
+  std::vector<Point> points;
+  for (std::uint32_t i = 0; i < receivers; ++i)
+    points.push_back({{(i % 128) / 128.0 - 0.5, double(i / 128) / 128 - 0.5, 0}, {0, 0, 1}, 0, 0});
+  const PointArray on_device(device, points, "probe");
+  RealArray factors(device, receivers, "probe");
+  double best = INFINITY;
+  for (int k = 0; k < 4; ++k) {
+    device.finish();
+    const auto start = std::chrono::steady_clock::now();
+    form_factors(device, Estimator::exact, shooter, on_device, nullptr, receivers, on_device, 0, factors);
+    device.finish();
+    best = std::min(best, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+  }
+  return best / receivers;
+}
+
+}  // namespace
+
+Prediction predict(Device& device, const Scene& scene, const SolveOptions& options,
+                   const std::vector<Effect>& effects) {
+  const MeshCounts counts = count_mesh(scene, options.mesh);
+  Prediction result;
+  result.patches = counts.patches, result.elements = counts.elements, result.vertices = counts.vertices;
+  const bool occlusion = runs(effects, "occlusion"), reflects = runs(effects, "interreflection");
+  const double bands = runs(effects, "colour") ? double(scene.bands.size()) : 1;
+  const Shoots shoots = count_shoots(scene, counts, options, reflects);
+  result.shoots = shoots.direct + shoots.reflected;
+  const double facing = (occlusion ? facing_share : facing_share_of_convex) * counts.vertices;
+  const double rays = occlusion ? shoots.rays_per_receiver * facing : 0;
+  result.rays = rays;
+  const double unit = probe(device);
+  const double real = device.options().precision == Precision::float64 ? 8 : 4;
+  const double triangles = 2 * double(scene.polygons.size());
+
+  // A shoot without visibility: its factors, and passes over all vertices and elements.
+  const double per_shoot =
+      unit * (facing + counts.vertices * (cost_of_vertex + (options.near_field ? cost_of_near_field : 0))) +
+      launches_per_shoot * cost_of_launch_s;
+  const double per_ray = unit * (cost_of_ray + cost_of_weighing);
+  const double ray_share = result.shoots > 0 ? rays / result.shoots : 0;
+  const double columns = real * (counts.patches + counts.vertices) * result.shoots;
+
+  Prediction::Part common{"mesh and form factors"};
+  common.seconds = shoots.direct * per_shoot + unit * cost_of_element_on_host * counts.elements +
+                   unit * cost_of_sensor_ray * double(options.sensors.size()) * options.sensor_rays;
+  // Points, four flags or sums and a column a vertex; corners, weights, share and value an element.
+  common.device_bytes = counts.vertices * (12 * real + 12 + 5 * real + 2 * real) +
+                        counts.elements * (16 + 6 * real) + counts.patches * 12 * real +
+                        real * (counts.patches + counts.vertices) * shoots.direct;
+  result.parts.push_back(common);
+  for (const Effect& effect : effects) {
+    Prediction::Part part{effect.name};
+    if (effect.runs && effect.name == "occlusion") {
+      part.seconds =
+          rays * per_ray + unit * (cost_of_triangle * triangles + cost_of_covered * counts.vertices);
+      part.device_bytes = triangles * 300 + facing * 4 * std::ceil(ray_share / std::max(1.0, facing) / 32);
+    } else if (effect.runs && effect.name == "interreflection") {
+      part.seconds = shoots.reflected * per_shoot;
+      part.device_bytes = columns - real * (counts.patches + counts.vertices) * shoots.direct;
+    } else if (effect.runs && effect.name == "colour") {
+      part.seconds = unit * cost_of_band * (bands - 1) * counts.vertices * result.shoots;
+      part.device_bytes = (bands - 1) * real * (2 * counts.vertices + 10 * counts.patches);
+    } else if (effect.runs && effect.name == "subdivision") {
+      part.seconds = part.device_bytes = NAN;
+    }
+    result.parts.push_back(part);
+  }
+  for (const Prediction::Part& part : result.parts) {
+    if (part.seconds > 0) result.seconds += part.seconds;
+    if (part.device_bytes > 0) result.device_bytes += part.device_bytes;
+  }
+  return result;
+}
+
+}  // namespace clrad
