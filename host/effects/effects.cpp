@@ -18,6 +18,7 @@ constexpr Planner planners[] = {
     {"occlusion", plan_occlusion},
     {"interreflection", plan_interreflection},
     {"subdivision", plan_subdivision},
+    {"near_field", plan_near_field},
     {"specular", plan_specular},
 };
 

@@ -185,7 +185,9 @@ Solution solve_bands(Device& device, const Scene& scene, const SolveOptions& opt
 // The threshold by which elements are judged where subdivision is forced on and none was asked for.
 constexpr double forced_tolerance = 0.05;
 
-SolveOptions with_subdivision(SolveOptions options, const std::vector<Effect>& effects) {
+// The options by which the effects that have some run, or do not.
+SolveOptions as_planned(SolveOptions options, const std::vector<Effect>& effects) {
+  options.near_field = runs(effects, "near_field");
   double& tolerance = options.adaptive.tolerance;
   if (!runs(effects, "subdivision"))
     tolerance = 0;
@@ -202,7 +204,7 @@ Solution solve(Device& device, const Scene& scene, const SolveOptions& options) 
   require_sensors_near(scene, options.sensors);
   const auto start = Clock::now();
   const std::vector<Effect> effects = plan_effects(scene, options);
-  const SolveOptions chosen = with_subdivision(options, effects);
+  const SolveOptions chosen = as_planned(options, effects);
   Solution solution;
   if (runs(effects, "colour") || scene.bands.size() == 1) {
     solution = solve_bands(device, scene, chosen, effects, start);
