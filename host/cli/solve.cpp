@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <memory>
+#include <optional>
 
 #include "cli/cli.hpp"
 #include "cli/outputs.hpp"
@@ -16,6 +17,7 @@ struct Arguments {
   std::string scene;
   OutputArguments outputs;
   SolveArguments solve;
+  std::string compare;
   bool quiet = false;
 };
 
@@ -49,6 +51,25 @@ void print_summary(const Solution& s) {
              100 * r.energy.unaccounted_relative);
 }
 
+void print_comparison(const Comparison& c) {
+  if (c.file.empty()) return;
+  fmt::print("compared with {} at {} {}: RMS {:.3g} %, worst {:.3g} % of its mean irradiance\n", c.file,
+             c.points, c.by_vertices ? "vertices" : "polygons", 100 * c.rms_relative, 100 * c.worst_relative);
+}
+
+void print_effects(const Report& report) {
+  std::vector<std::string> skipped, forced, left_out;
+  for (const Effect& e : report.effects) {
+    if (!e.needed && !e.runs) skipped.push_back(e.name);
+    if (!e.needed && e.runs) forced.push_back(e.name);
+    if (e.needed && !e.runs) left_out.push_back(e.name);
+  }
+  fmt::print("not called for: {}", skipped.empty() ? "nothing" : fmt::format("{}", fmt::join(skipped, ", ")));
+  if (!forced.empty()) fmt::print("; forced: {}", fmt::join(forced, ", "));
+  if (!left_out.empty()) fmt::print("; left out: {}", fmt::join(left_out, ", "));
+  fmt::print(" (clrad plan says why)\n");
+}
+
 int run_solve(Arguments& a) {
   a.outputs.parse();
   a.solve.options.adaptive.width = a.outputs.picture.width;
@@ -65,6 +86,8 @@ int run_solve(Arguments& a) {
   require_sensors_near(scene, options.sensors, a.solve.sensors);
   // A wrong name is said now, not after the solve.
   options.adaptive.camera = a.outputs.chosen_camera(scene);
+  std::optional<Solution> other;
+  if (!a.compare.empty()) other = load_solution(a.compare);
   const double import = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 
   Device device(a.solve.device.resolved());
@@ -77,12 +100,18 @@ int run_solve(Arguments& a) {
   Solution solution = solve(device, scene, options);
   solution.report.seconds.import = import;
   solution.report.seconds.total += import;
+  if (other) {
+    solution.report.comparison = compare(solution, *other);
+    solution.report.comparison.file = a.compare;
+  }
   const auto written = a.outputs.write([&]() -> Device& { return device; }, solution, line);
   line.clear();
 
   for (const auto& warning : solution.report.warnings) fmt::print(stderr, "warning: {}\n", warning);
   if (!a.quiet) {
     print_summary(solution);
+    print_effects(solution.report);
+    print_comparison(solution.report.comparison);
     for (const auto& s : solution.sensors)
       if (a.outputs.json.empty() && a.outputs.folder.empty())
         fmt::print("sensor {} {} {}: {:.6g}\n", s.position_m.x, s.position_m.y, s.position_m.z,
@@ -107,6 +136,9 @@ void add_solve(CLI::App& app, Action& action) {
   a->outputs.add_views_to(*verb, "picture.png, scene.glb, scene.vtu, solution.clrad and report.json");
   a->outputs.add_results_to(*verb);
   a->solve.add_to(*verb);
+  verb->add_option(
+      "--compare", a->compare,
+      "a solution of the same scene (solution.clrad): the report says how far this one is from it");
   verb->add_flag("--quiet", a->quiet, "no progress, no summary");
   verb->callback([a, &action] { action = [a] { return run_solve(*a); }; });
 }

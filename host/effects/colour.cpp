@@ -119,7 +119,7 @@ Effect plan_colour(const Scene& scene, const SolveOptions&) {
     return effect;
   }
   const bool alike = all_equal(factors);
-  effect.skip_error_relative = alike ? 0 : proportional;
+  effect.skip_error_relative = alike ? 0 : proportional;  // rounding apart
   effect.reason = alike
                       ? fmt::format("the {} bands are alike: one is solved", bands)
                       : fmt::format(

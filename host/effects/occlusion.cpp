@@ -7,6 +7,7 @@
 #include <glm/geometric.hpp>
 #include <map>
 #include <optional>
+#include <span>
 
 #include "clrad/frame.hpp"
 #include "effects/effects.hpp"
@@ -45,36 +46,62 @@ std::vector<Side> sides_of(const Scene& scene, const Frame& frame) {
   return sides;
 }
 
-// Why it cannot be proven that nothing stands between; empty where it is proven.
-std::string obstacle(const Scene& scene, const SolveOptions& options) {
-  const Frame frame = frame_of(scene);
-  const std::vector<Side> sides = sides_of(scene, frame);
+// Corners of all polygons, then sensors [frame].
+std::vector<glm::dvec3> points_of(const Scene& scene, const SolveOptions& options, const Frame& frame) {
   std::vector<glm::dvec3> points;
   for (const Polygon& p : scene.polygons)
     for (std::uint32_t k = 0; k < p.corners; ++k) points.push_back(frame.to_frame(p.corner[k]));
-  const std::size_t corners = points.size();
   for (const Sensor& s : options.sensors) points.push_back(frame.to_frame(s.position_m));
-  // A corner that is behind one plane is often behind many: it is asked first.
-  std::size_t suspect = 0;
+  return points;
+}
+
+struct Obstacle {
+  std::uint32_t polygon;
+  std::size_t point;
+};
+
+// The first of the sides that has a point behind it. Each takes a pass over the points, of which at most `most` tests are done;
+// `done` is false where that was not enough.
+std::optional<Obstacle> find_obstacle(std::span<const Side> sides, const std::vector<glm::dvec3>& points,
+                                      double most, bool& done) {
+  std::size_t suspect = 0;  // what is behind one plane is often behind many: it is asked first
   double tests = 0;
+  done = true;
   for (const Side& side : sides) {
-    std::optional<std::size_t> found;
-    if (side.behind(points[suspect])) found = suspect;
-    for (std::size_t i = 0; i < points.size() && !found; ++i)
-      if (side.behind(points[i])) found = i;
+    if (side.behind(points[suspect])) return Obstacle{side.polygon, suspect};
+    for (std::size_t i = 0; i < points.size(); ++i)
+      if (side.behind(points[i])) return Obstacle{side.polygon, i};
     tests += double(points.size());
-    if (!found && tests > most_tests)
-      return "it has too many planes to prove that nothing stands between two of its surfaces";
-    if (!found) continue;
-    suspect = *found;
-    const std::string where = scene.polygons[side.polygon].where.text();
-    if (suspect >= corners)
-      return fmt::format("sensor {} is behind the polygon at {}, which may hide light from it",
-                         suspect - corners + 1, where);
-    return fmt::format(
-        "not all of the scene is in front of the polygon at {}: it may stand between two others", where);
+    done = tests <= most || &side == &sides.back();
+    if (!done) break;
   }
   return {};
+}
+
+// Why it cannot be proven that nothing stands between; empty where it is proven.
+std::string obstacle(const Scene& scene, const SolveOptions& options) {
+  const Frame frame = frame_of(scene);
+  const std::vector<glm::dvec3> points = points_of(scene, options, frame);
+  // Most scenes show at once that they are not convex; planes that many polygons share are found only for those that do not.
+  std::vector<Side> sides;
+  for (std::uint32_t p = 0; p < scene.polygons.size(); ++p)
+    sides.push_back({scene.polygons[p].normal(), frame.to_frame(scene.polygons[p].corner[0]), p});
+  bool done = false;
+  auto found = find_obstacle(sides, points, most_tests / 10, done);
+  if (!found && !done) {
+    sides = sides_of(scene, frame);
+    if (double(sides.size()) * double(points.size()) > most_tests)
+      return "it has too many planes to prove that nothing stands between two of its surfaces";
+    found = find_obstacle(sides, points, most_tests, done);
+  }
+  if (!found) return {};
+  const std::string where = scene.polygons[found->polygon].where.text();
+  const std::size_t corners = points.size() - options.sensors.size();
+  if (found->point >= corners)
+    return fmt::format("sensor {} is behind the polygon at {}, which may hide light from it",
+                       found->point - corners + 1, where);
+  return fmt::format("not all of the scene is in front of the polygon at {}: it may stand between two others",
+                     where);
 }
 
 }  // namespace

@@ -69,6 +69,13 @@ void visit_fields(Visit& visit, M& effect) {
   visit("launches", launches), visit("seconds", seconds), visit("allocated_bytes", bytes);
 }
 
+template <class Visit, OneOf<Comparison> M>
+void visit_fields(Visit& visit, M& comparison) {
+  auto& [file, rms_relative, worst_relative, by_vertices, points] = comparison;
+  visit("file", file), visit("rms_relative", rms_relative), visit("worst_relative", worst_relative);
+  visit("by_vertices", by_vertices), visit("points", points);
+}
+
 template <class Visit, OneOf<Invariant> M>
 void visit_fields(Visit& visit, M& invariant) {
   auto& [name, worst, allowed, holds] = invariant;
@@ -140,13 +147,13 @@ void visit_fields(Visit& visit, M& closure) {
 template <class Visit, OneOf<Report> M>
 void visit_fields(Visit& visit, M& report) {
   auto& [effects, stages, shoots, reshoots, rays, pieces, candidates, exact_tests, seconds, energy, error,
-         refinement, closure, invariants, warnings, device_peak_bytes, host_peak_bytes, device, options] =
-      report;
+         refinement, closure, comparison, invariants, warnings, device_peak_bytes, host_peak_bytes, device,
+         options] = report;
   visit("effects", effects), visit("stages", stages), visit("shoots", shoots), visit("reshoots", reshoots);
   visit("rays", rays), visit("pieces", pieces), visit("candidates", candidates);
   visit("exact_tests", exact_tests), visit("seconds", seconds), visit("energy", energy);
   visit("error", error), visit("refinement", refinement), visit("closure", closure);
-  visit("invariants", invariants);
+  visit("comparison", comparison), visit("invariants", invariants);
   visit("warnings", warnings), visit("device_peak_bytes", device_peak_bytes);
   visit("host_peak_bytes", host_peak_bytes), visit("device", device), visit("options", options);
 }

@@ -150,6 +150,13 @@ std::string report_json(const Solution& solution) {
                      {"amplification", closure.amplification},
                      {"amplified_defect", closure.amplified_defect}};
   json["error"] = error_json(report);
+  const Comparison& other = report.comparison;
+  if (!other.file.empty())
+    json["comparison"] = {{"file", other.file},
+                          {"rms_relative", other.rms_relative},
+                          {"worst_relative", other.worst_relative},
+                          {"points", other.points},
+                          {"at", other.by_vertices ? "vertices" : "polygons"}};
   json["invariants"] = Json::array();
   for (const Invariant& invariant : report.invariants)
     json["invariants"].push_back({{"name", invariant.name},

@@ -1,5 +1,6 @@
 /// All of clrad's public interface.
 #pragma once
+#include "clrad/accuracy.hpp"
 #include "clrad/device.hpp"
 #include "clrad/effects.hpp"
 #include "clrad/error.hpp"

@@ -35,6 +35,14 @@ struct ErrorPart {
   bool bound = false;  ///< a bound, else an estimate
 };
 
+/// How far a solution is from another; see clrad/accuracy.hpp.
+struct Comparison {
+  std::string file;                                 ///< of the other; empty: nothing was compared
+  double rms_relative = NAN, worst_relative = NAN;  ///< relative to its mean irradiance
+  bool by_vertices = false;                         ///< else by the means of input polygons
+  std::uint64_t points = 0;
+};
+
 /// Everything of the JSON report that is not in the scene or the mesh. Per-band vectors have one entry a
 /// band.
 struct Report {
@@ -78,6 +86,7 @@ struct Report {
     double amplified_defect = NAN;  ///< what they change, relative to the mean radiosity
     bool converges = true;          ///< false: amplified_defect > 1, or the solve came to a stand
   } closure;
+  Comparison comparison;
   std::vector<Invariant> invariants;
   std::vector<std::string> warnings;
   std::uint64_t device_peak_bytes = 0, host_peak_bytes = 0;

@@ -1,0 +1,61 @@
+#include "effects/predict.hpp"
+
+#include "effects/rooms.hpp"
+#include "effects/support.hpp"
+#include "mesh/build.hpp"
+
+namespace clrad {
+namespace {
+
+using test::make_room;
+
+TEST(Predict, CountsAreThoseOfTheMesh) {
+  Device device;
+  Scene scene = make_room({.block = true});
+  scene.polygons[3].corners = 3;
+  for (const MeshOptions mesh : {MeshOptions{}, MeshOptions{0.7, 0.2}, MeshOptions{2, 0.06}}) {
+    SolveOptions options;
+    options.mesh = mesh;
+    const Prediction p = predict(device, scene, options, plan_effects(scene, options));
+    const Mesh built =
+        build_mesh(scene, frame_of(scene), std::vector<std::uint32_t>(scene.polygons.size()), mesh);
+    EXPECT_EQ(p.patches, double(built.patches.size()));
+    EXPECT_EQ(p.elements, double(built.elements.size()));
+    EXPECT_EQ(p.vertices, double(built.vertex_count()));
+  }
+}
+
+// Rooms see their patches about evenly, so shoots and memory are close; seconds depend on who else uses the machine.
+TEST(Predict, ShootsAndMemoryAreNearTheActual) {
+  Device device;
+  for (const double converge : {1e-3, 0.03})
+    for (const bool block : {false, true}) {
+      const Scene scene = make_room({.coloured_wall = true, .block = block});
+      SolveOptions options;
+      options.mesh = {0.5, 0.06};
+      options.converge = converge;
+      const Prediction p = predict(device, scene, options, plan_effects(scene, options));
+      const Solution s = test::solve_alone(scene, options);
+      EXPECT_GT(p.shoots, double(s.report.shoots) / 1.5);
+      EXPECT_LT(p.shoots, double(s.report.shoots) * 1.5);
+      EXPECT_GT(p.device_bytes, double(s.report.device_peak_bytes) / 1.5);
+      EXPECT_LT(p.device_bytes, double(s.report.device_peak_bytes) * 1.5);
+      EXPECT_GT(p.seconds, 0);
+    }
+}
+
+TEST(Predict, WhatDoesNotRunCostsNothing) {
+  Device device;
+  const Scene scene = make_room({});
+  const auto plan = plan_effects(scene, {});
+  const Prediction p = predict(device, scene, {}, plan);
+  ASSERT_EQ(p.parts.size(), plan.size() + 1);
+  for (std::size_t i = 0; i < plan.size(); ++i)
+    if (!plan[i].runs) {
+      EXPECT_EQ(p.parts[i + 1].seconds, 0) << plan[i].name;
+      EXPECT_EQ(p.parts[i + 1].device_bytes, 0) << plan[i].name;
+    }
+}
+
+}  // namespace
+}  // namespace clrad
