@@ -32,6 +32,17 @@ void append_resolved(const std::string& path, std::set<std::string>& seen, std::
   }
 }
 
+// For tests/kernels/programs: what was built, a line a program. One write, since processes share the file.
+void note_build(const std::string& path, const DeviceOptions& options, const std::string& source) {
+  const char* log = std::getenv("CLRAD_BUILD_LOG");
+  if (!log) return;
+  const std::string line =
+      fmt::format("{}\t{} width {} group {}\t{:016x}\n", path,
+                  options.precision == Precision::float64 ? "double" : "float", options.packet_width,
+                  options.work_group_size, std::hash<std::string>()(source));
+  std::ofstream(log, std::ios::app) << line << std::flush;
+}
+
 }  // namespace
 
 std::string kernel_text(const std::string& path) {
@@ -94,6 +105,7 @@ cl::Program build_program(const cl::Context& context, const cl::Device& device, 
       (config & CL_FP_CORRECTLY_ROUNDED_DIVIDE_SQRT))
     flags += " -cl-fp32-correctly-rounded-divide-sqrt";
   const std::string source = program_source(path, options);
+  note_build(path, options, source);
   cl::Program program(context, source);
   try {
     program.build(device, flags.c_str());
