@@ -112,8 +112,11 @@ void Glass::pass(
     const std::function<void(const RealArray& passes, std::uint32_t first, std::uint32_t end)>& use) const {
   if (segments.origin_count == 0) return;
   const std::uint64_t per_origin = std::uint64_t(segments.samples) * colours_;
-  const auto batch =
-      std::uint32_t(std::clamp<std::uint64_t>(most_products / per_origin, 1, segments.origin_count));
+  const auto& ledger = *device_.ledger();
+  const std::uint64_t left = ledger.limit - std::min(ledger.limit, ledger.held);
+  const std::uint64_t real = device_.options().precision == Precision::float64 ? 8 : 4;
+  const std::uint64_t room = std::max(passes_.size(), std::min(left / 8 / real, most_products));
+  const auto batch = std::uint32_t(std::clamp<std::uint64_t>(room / per_origin, 1, segments.origin_count));
   for (std::uint32_t first = 0; first < segments.origin_count; first += batch) {
     const std::uint32_t end = std::min(segments.origin_count, first + batch);
     {
