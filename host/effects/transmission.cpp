@@ -13,7 +13,7 @@ namespace {
 constexpr std::size_t most_looked_at = 256;
 // What is nearer to a plane is in it, relative to the scene's size: some steps of the grid on which visibility is decided
 // (2^-38 of a frame that is up to twice as large).
-constexpr double in_plane = 0x1p-35;
+constexpr double as_in_plane = 0x1p-35;
 // Sizes of lists that people read.
 constexpr std::size_t most_names = 3;
 
@@ -24,8 +24,8 @@ bool parts_the_scene(const Scene& scene, const SolveOptions& options, const Poly
   const auto look_at = [&](const glm::dvec3& p) {
     const double height = glm::dot(p - glass.corner[0], normal);
     // Written so that NaN counts as both.
-    front |= !(height <= in_plane * extent);
-    back |= !(height >= -in_plane * extent);
+    front |= !(height <= as_in_plane * extent);
+    back |= !(height >= -as_in_plane * extent);
   };
   for (const Sensor& sensor : options.sensors) look_at(sensor.position_m);
   for (const Polygon& p : scene.polygons) {

@@ -59,13 +59,14 @@ std::uint64_t trace_column(SolveState& state, std::uint32_t patch, std::uint32_t
                            const std::function<void(Array<std::uint32_t>&)>& also = nullptr) {
   const Shooter shooter = shooter_of(state.scene, state.mesh, patch, state.metres_per_unit);
   const std::uint32_t n = samples_of(state, patch);
-  const bool sampled = state.occlusion || state.options.estimator != Estimator::exact;
+  const bool in_the_way = state.occlusion || state.glass;
+  const bool sampled = in_the_way || state.options.estimator != Estimator::exact;
   PointArray samples;
   if (sampled)
     samples =
         PointArray(state.device, samples_on(shooter, patch, n, state.options.seed), "samples on the shooter");
   const std::uint32_t receivers = emit(state, shooter, first, also);
-  if (!state.occlusion) {
+  if (!in_the_way) {
     weigh_unoccluded(state, shooter, sampled ? &samples : nullptr, n, receivers, first, column);
     return 0;
   }
@@ -214,8 +215,8 @@ void interpolate_to_new(SolveState& state, std::uint32_t first, const Array<std:
 void gather_direct(SolveState& state) {
   const auto stage = state.device.stage("gather vertices to elements and patches");
   for (std::uint32_t b = 0; b < state.bands; ++b) {
-    state.device.copy(state.vertex_irradiance.buffer(), state.column.buffer(), state.column.bytes(),
-                      b * state.column.bytes());
+    const std::uint64_t row = state.vertex_irradiance.bytes() / state.bands;
+    state.device.copy(state.vertex_irradiance.buffer(), state.column.buffer(), row, b * row);
     state.gatherer->gather(state.column, state.patch_irradiance, std::uint64_t(b) * state.patches);
   }
 }

@@ -20,13 +20,6 @@ constexpr double box_room = 0x1p-18;
 // Products held at a time: enough to keep a device busy, and little beside the columns.
 constexpr std::uint64_t most_products = 1 << 22;
 
-bool one_colour(const Scene& scene, std::span<const std::uint32_t> glass) {
-  return std::all_of(glass.begin(), glass.end(), [&](std::uint32_t p) {
-    const std::vector<double>& t = scene.materials[scene.polygons[p].material].transmission;
-    return std::all_of(t.begin(), t.end(), [&](double x) { return x == t[0]; });
-  });
-}
-
 }  // namespace
 
 std::vector<std::uint32_t> glass_polygons(const Scene& scene) {
@@ -34,6 +27,15 @@ std::vector<std::uint32_t> glass_polygons(const Scene& scene) {
   for (std::uint32_t p = 0; p < scene.polygons.size(); ++p)
     if (scene.materials[scene.polygons[p].material].is_glass()) glass.push_back(p);
   return glass;
+}
+
+std::uint32_t glass_colours(const Scene& scene) {
+  const bool one = std::all_of(scene.polygons.begin(), scene.polygons.end(), [&](const Polygon& p) {
+    const Material& m = scene.materials[p.material];
+    const std::vector<double>& t = m.transmission;
+    return !m.is_glass() || std::all_of(t.begin(), t.end(), [&](double x) { return x == t[0]; });
+  });
+  return one ? 1 : std::uint32_t(scene.bands.size());
 }
 
 std::vector<OccluderTriangle> without_glass(const Scene& scene, std::span<const OccluderTriangle> triangles) {
@@ -46,7 +48,7 @@ std::vector<OccluderTriangle> without_glass(const Scene& scene, std::span<const 
 Glass::Glass(Device& device, const Scene& scene, std::span<const OccluderTriangle> triangles)
     : device_(device) {
   const auto stage = device.stage(multiply);
-  if (!one_colour(scene, glass_polygons(scene))) colours_ = std::uint32_t(scene.bands.size());
+  colours_ = glass_colours(scene);
   std::vector<OccluderTriangle> glass;
   for (const OccluderTriangle& t : triangles)
     if (scene.materials[scene.polygons[t.polygon].material].is_glass()) glass.push_back(t);

@@ -16,6 +16,9 @@ namespace clrad {
 /// Polygons of glass, in file order.
 std::vector<std::uint32_t> glass_polygons(const Scene& scene);
 
+/// Glass::colours() of that scene.
+std::uint32_t glass_colours(const Scene& scene);
+
 /// Those of the triangles that light does not pass.
 std::vector<OccluderTriangle> without_glass(const Scene& scene, std::span<const OccluderTriangle> triangles);
 
