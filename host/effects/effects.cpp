@@ -19,6 +19,7 @@ constexpr Planner planners[] = {
     {"interreflection", plan_interreflection},
     {"subdivision", plan_subdivision},
     {"near_field", plan_near_field},
+    {"transmission", plan_transmission},
     {"specular", plan_specular},
 };
 

@@ -14,5 +14,6 @@ Effect plan_interreflection(const Scene& scene, const SolveOptions& options);
 Effect plan_subdivision(const Scene& scene, const SolveOptions& options);
 Effect plan_near_field(const Scene& scene, const SolveOptions& options);
 Effect plan_specular(const Scene& scene, const SolveOptions& options);
+Effect plan_transmission(const Scene& scene, const SolveOptions& options);
 
 }  // namespace clrad

@@ -11,13 +11,14 @@
 #include "scene/enclosure.hpp"
 #include "solve/balance.hpp"
 #include "solve/form_factor.hpp"
+#include "solve/transmission.hpp"
 
 namespace clrad {
 namespace {
 
 // Costs in units of one form factor (the probe below), from profiles of the Cornell box, the furnace and the office
 // (`./run bench predict` prints predicted and actual side by side).
-constexpr double cost_of_ray = 0.10, cost_of_weighing = 0.30, cost_of_vertex = 0.30,
+constexpr double cost_of_ray = 0.10, cost_of_glass = 0.5, cost_of_weighing = 0.30, cost_of_vertex = 0.30,
                  cost_of_near_field = 0.30, cost_of_covered = 6, cost_of_triangle = 4, cost_of_band = 0.02,
                  cost_of_sensor_ray = 1.0, cost_of_element_on_host = 3, cost_of_launch_s = 20e-6;
 constexpr double launches_per_shoot = 16;
@@ -178,6 +179,10 @@ Prediction predict(Device& device, const Scene& scene, const SolveOptions& optio
     } else if (effect.runs && effect.name == "colour") {
       part.seconds = unit * cost_of_band * (bands - 1) * counts.vertices * result.shoots;
       part.device_bytes = (bands - 1) * real * (2 * counts.vertices + 10 * counts.patches);
+    } else if (effect.runs && effect.name == "transmission") {
+      part.seconds = rays * unit * cost_of_glass;
+      // Coloured glass: a column a band.
+      if (glass_colours(scene) > 1) part.device_bytes = (bands - 1) * columns;
     } else if (effect.runs && effect.name == "subdivision") {
       part.seconds = part.device_bytes = NAN;
     }

@@ -26,8 +26,9 @@ Gatherer::Gatherer(Device& device, const Mesh& mesh)
   share_.upload(share);
 }
 
-void Gatherer::gather(const RealArray& vertex_values, RealArray& patch_values, std::uint64_t at) {
-  device_.run("mesh/gather.cl", "gather_elements", elements_, vertex_values, vertex_, weight_,
+void Gatherer::gather(const RealArray& vertex_values, RealArray& patch_values, std::uint64_t at,
+                      std::uint64_t from) {
+  device_.run("mesh/gather.cl", "gather_elements", elements_, vertex_values, from, vertex_, weight_,
               element_values_, elements_);
   // Few patches of many elements would be one work-group, on one compute unit.
   device_.run_local("mesh/gather.cl", "gather_patches", patches_,

@@ -10,9 +10,10 @@ class Gatherer {
  public:
   Gatherer(Device& device, const Mesh& mesh);
 
-  /// patch_values[at + p] = area average over patch p of the interpolant of `vertex_values`. Error: rounding of one
+  /// patch_values[at + p] = area average over patch p of the interpolant of vertex_values[from ..]. Error: rounding of one
   /// compensated sum.
-  void gather(const RealArray& vertex_values, RealArray& patch_values, std::uint64_t at);
+  void gather(const RealArray& vertex_values, RealArray& patch_values, std::uint64_t at,
+              std::uint64_t from = 0);
 
  private:
   Device& device_;

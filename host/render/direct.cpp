@@ -6,6 +6,7 @@
 #include "device/grow.hpp"
 #include "render/render.hpp"
 #include "solve/form_factor.hpp"
+#include "solve/transmission.hpp"
 
 namespace clrad {
 namespace {
@@ -29,11 +30,17 @@ class DirectLight {
               std::span<const OccluderTriangle> triangles, const Scene& scene, const Frame& frame,
               std::uint32_t samples)
       : device_(device),
-        engine_(engine),
+        engine_(&engine),
         surfaces_(surfaces),
         bands_(std::uint32_t(scene.bands.size())),
         samples_(samples),
         places_(place_tables(device, triangles, scene, frame)) {
+    if (!glass_polygons(scene).empty()) {
+      behind_glass_ = make_engine("shaft", device, without_glass(scene, triangles));
+      engine_ = behind_glass_.get();
+      glass_ = std::make_unique<Glass>(device, scene, triangles);
+      colours_ = glass_->colours();
+    }
     std::vector<std::uint32_t> planes(scene.polygons.size(), 0xffffffffu);
     for (const auto& t : triangles) planes[t.polygon] = t.plane;
     std::vector<double> exitance, reflectance, light_exitance;
@@ -61,19 +68,20 @@ class DirectLight {
     const std::uint32_t count = compact(device_, flags_.buffer(), rays.count, lit_.buffer());
     if (count == 0) return;
     grow(receivers_, device_, count, "lit points"), grow(active_, device_, count, "lit points");
-    grow(factors_, device_, count, "lit points"), grow(column_, device_, count, "lit points");
+    grow(factors_, device_, count, "lit points"),
+        grow(column_, device_, std::uint64_t(colours_) * count, "lit points");
     device_.run(direct_kernels, "place_receivers", count, rays.origins, rays.targets, seen, lit_, count,
                 surfaces_.polygons, places_.axes, places_.planes, receivers_);
     for (std::uint32_t light = 0; light < lights_.size(); ++light) {
       find_column(lights_[light], count);
-      device_.run(direct_kernels, "add_light", count, seen, lit_, count, column_, light_exitance_, light,
-                  reflectance_, bands_, shown);
+      device_.run(direct_kernels, "add_light", count, seen, lit_, count, column_, column_.size() / colours_,
+                  colours_, light_exitance_, light, reflectance_, bands_, shown);
     }
   }
 
-  static std::uint64_t bytes_per_ray(Precision precision, std::uint32_t samples) {
+  std::uint64_t bytes_per_ray(Precision precision, std::uint32_t samples) const {
     const bool wide = precision == Precision::float64;
-    return (wide ? 88 : 48) + 2 * (wide ? 8 : 4) + 3 * 4 + 4 * ((samples + 31) / 32);
+    return (wide ? 88 : 48) + (1 + colours_) * (wide ? 8 : 4) + 3 * 4 + 4 * ((samples + 31) / 32);
   }
 
  private:
@@ -82,7 +90,7 @@ class DirectLight {
     PointArray samples;
   };
 
-  // column_ = form factor x visible fraction of the light at each receiver.
+  // column_ = form factor x visible fraction of the light (x what glass lets pass, [colour][receiver]) at each receiver.
   void find_column(const Light& light, std::uint32_t count) {
     column_.fill_zero();
     facing(device_, light.shooter, receivers_, 0, count, flags_);
@@ -90,15 +98,18 @@ class DirectLight {
     if (active == 0) return;
     const Segments segments{&receivers_, &active_, active, &light.samples, samples_};
     grow(masks_, device_, std::uint64_t(active) * segments.words_per_origin(), "visibility masks");
-    engine_.occluded(segments, masks_);
+    engine_->occluded(segments, masks_);
     form_factors(device_, Estimator::exact, light.shooter, receivers_, &active_, active, light.samples,
                  samples_, factors_);
-    visible_factors(device_, engine_, Estimator::exact, light.shooter, receivers_, &active_, active,
-                    light.samples, samples_, masks_, factors_, column_);
+    visible_factors(device_, *engine_, Estimator::exact, light.shooter, receivers_, &active_, active,
+                    light.samples, samples_, masks_, factors_, column_, glass_.get());
   }
 
   Device& device_;
-  VisibilityEngine& engine_;
+  VisibilityEngine* engine_;
+  std::unique_ptr<VisibilityEngine> behind_glass_;  // of what is opaque, in scenes with glass
+  std::unique_ptr<Glass> glass_;
+  std::uint32_t colours_ = 1;
   const SurfaceTables& surfaces_;
   std::uint32_t bands_, samples_;
   PlaceTables places_;
@@ -118,7 +129,7 @@ Shading direct_shading(Device& device, VisibilityEngine& engine, const SurfaceTa
   return {[direct](const Rays& rays, const Array<std::uint32_t>& seen, Array<float>& shown) {
             direct->shade(rays, seen, shown);
           },
-          DirectLight::bytes_per_ray(device.options().precision, light_samples)};
+          direct->bytes_per_ray(device.options().precision, light_samples)};
 }
 
 }  // namespace clrad

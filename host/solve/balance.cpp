@@ -38,11 +38,13 @@ double largest_reflectance(const Scene& scene) {
   return most;
 }
 
-// Row sums over the exposed part; NaN where nothing is exposed.
+// Row sums over the exposed part, [colour][patch]; NaN where nothing is exposed.
 std::vector<double> exposed_row_sums(const SolveState& state) {
-  std::vector<double> sums(state.patches);
-  for (std::uint32_t p = 0; p < state.patches; ++p)
-    sums[p] = state.exposed[p] > 0 ? state.row_sum[p] / state.exposed[p] : NAN;
+  std::vector<double> sums(state.row_sum.size());
+  for (std::size_t i = 0; i < sums.size(); ++i) {
+    const double share = state.exposed[i % state.patches];
+    sums[i] = share > 0 ? state.row_sum[i] / share : NAN;
+  }
   return sums;
 }
 
@@ -61,26 +63,31 @@ struct Mean {
 };
 
 // What is known to be wrong with each row, as a share of it. In a closed scene, by how much its sum is not 1. Elsewhere by
-// how much the row sum differs from the same sum by reciprocity, which other rays and other points found.
+// how much the row sum differs from the same sum by reciprocity, which other rays and other points found. [colour][patch].
 std::vector<double> row_defects(SolveState& state, bool closed) {
-  std::vector<double> defect(state.patches, 0);
   const std::vector<double> sums = exposed_row_sums(state);
+  std::vector<double> defect(sums.size(), 0);
   if (closed) {
-    for (std::uint32_t p = 0; p < state.patches; ++p)
-      if (sums[p] >= least_row) defect[p] = std::abs(1 - sums[p]);
+    for (std::size_t i = 0; i < sums.size(); ++i)
+      if (sums[i] >= least_row) defect[i] = std::abs(1 - sums[i]);
     return defect;
   }
   const auto slots = std::uint32_t(state.patch_of_slot.size());
   std::vector<double> area;
   for (const Patch& p : state.mesh.patches) area.push_back(p.area_m2);
   const RealArray area_device(state.device, area, "patch areas");
-  RealArray reciprocal(state.device, slots, "row sums");
-  state.device.run(balance_kernels, "reciprocal_sums", slots, state.patch_columns, state.patch_of_slot_device,
-                   state.slot_of_patch_device, slots, area_device, reciprocal, state.patches);
+  const std::uint32_t colours = state.colours;
+  RealArray reciprocal(state.device, std::uint64_t(slots) * colours, "row sums");
+  state.device.run(balance_kernels, "reciprocal_sums", reciprocal.size(), state.patch_columns, colours,
+                   state.patch_of_slot_device, state.slot_of_patch_device, slots, area_device, reciprocal,
+                   state.patches);
   const std::vector<double> other = reciprocal.download();
   for (std::uint32_t s = 0; s < slots; ++s) {
     const std::uint32_t p = state.patch_of_slot[s];
-    if (state.exposed[p] > 0) defect[p] = std::abs(sums[p] - other[s] / state.exposed[p]);
+    for (std::uint32_t c = 0; c < colours && state.exposed[p] > 0; ++c) {
+      const std::size_t i = std::size_t(c) * state.patches + p;
+      defect[i] = std::abs(sums[i] - other[std::size_t(s) * colours + c] / state.exposed[p]);
+    }
   }
   return defect;
 }
@@ -102,19 +109,21 @@ void set_up_rows(SolveState& state) {
     state.coupling = RealArray(state.device, count, "the balance of patches");
     state.row_scale = RealArray(state.device, state.patches, "the balance of patches");
   }
-  RealArray sums(state.device, 2 * std::uint64_t(state.patches), "row sums");
-  state.device.run(balance_kernels, "row_sums", state.patches, state.patch_columns, slots, sums,
+  const std::size_t rows = std::size_t(state.colours) * state.patches;
+  RealArray sums(state.device, 2 * rows, "row sums");
+  state.device.run(balance_kernels, "row_sums", rows, state.patch_columns, state.colours, slots, sums,
                    state.patches);
   const std::vector<double> halves = sums.download();
-  state.row_sum.assign(state.patches, 0);
+  state.row_sum.assign(rows, 0);
+  for (std::size_t i = 0; i < rows && slots > 0; ++i) state.row_sum[i] = halves[i] + halves[rows + i];
   std::vector<double> loss(count), coupling(count), scale(state.patches, 1);
   for (std::uint32_t p = 0; p < state.patches; ++p) {
-    const double sum = state.row_sum[p] = slots > 0 ? halves[p] + halves[state.patches + p] : 0;
     const double share = state.exposed[p];
     const bool close = is_closed_row(state, p);
-    if (close) scale[p] = share / sum;
+    if (close) scale[p] = share / state.row_sum[p];
     for (std::uint32_t b = 0; b < state.bands; ++b) {
       const std::size_t i = std::size_t(b) * state.patches + p;
+      const double sum = state.row_sum[i % rows];
       const double rho = reflectance(state, b, p);
       loss[i] = share > 0 ? 1 - rho + (close ? 0 : rho * (share - sum) / share) : 1;
       coupling[i] = share > 0 ? rho / share * scale[p] : 0;
@@ -130,8 +139,8 @@ bool closes_rows(const Scene& scene, const SolveOptions& options, bool closed) {
 }
 
 void decide_closing(SolveState& state) {
-  // What rows lack matters where it is reflected on.
-  if (!state.interreflection) return;
+  // What rows lack matters where it is reflected on. Where light passes glass, they lack what that takes.
+  if (!state.interreflection || state.through_glass) return;
   state.closes_rows = closes_rows(state.scene, state.options, state.enclosure.closed);
   state.closes_vertices = state.closes_rows && (state.options.closure == Closure::on ||
                                                 largest_reflectance(state.scene) >= reflects_much);
@@ -174,10 +183,10 @@ void restate(SolveState& state) {
   set_up_rows(state);
   const auto stage = state.device.stage("account for what is absorbed and unshot");
   state.device.run(balance_kernels, "balance", std::uint64_t(state.patches) * state.bands,
-                   state.patch_columns, state.patch_of_slot_device, std::uint32_t(state.patch_of_slot.size()),
-                   state.total_shot, state.total_shot_lo, state.patch_emitted, state.loss, state.coupling,
-                   state.row_scale, state.patch_irradiance, state.patch_irradiance_lost, state.unshot,
-                   state.unshot_lost, state.patches, state.bands);
+                   state.patch_columns, state.colours, state.patch_of_slot_device,
+                   std::uint32_t(state.patch_of_slot.size()), state.total_shot, state.total_shot_lo,
+                   state.patch_emitted, state.loss, state.coupling, state.row_scale, state.patch_irradiance,
+                   state.patch_irradiance_lost, state.unshot, state.unshot_lost, state.patches, state.bands);
 }
 
 void close_vertices(SolveState& state) {
@@ -202,16 +211,20 @@ void judge_rows(SolveState& state, Solution& solution) {
                             total = state.total_shot.download(), scale = state.row_scale.download();
   Mean before, after;
   std::vector<double> wrong(total.size());
+  const std::size_t rows = sums.size();
   double wrong_power = 0, power = 0;
   for (std::uint32_t p = 0; p < state.patches; ++p) {
     const double area = state.mesh.patches[p].area_m2 * state.exposed[p];
     if (!(area > 0)) continue;
-    const double left = is_closed_row(state, p) ? std::abs(1 - scale[p] * sums[p]) : defect[p];
-    before.add(defect[p], area), after.add(left, area);
+    const auto left = [&](std::size_t row) {
+      return is_closed_row(state, p) ? std::abs(1 - scale[p] * sums[row]) : defect[row];
+    };
+    for (std::size_t row = p; row < rows; row += state.patches)
+      before.add(defect[row], area), after.add(left(row), area);
     for (std::uint32_t b = 0; b < state.bands; ++b) {
       const std::size_t i = std::size_t(b) * state.patches + p;
       if (state.slot_of_patch[p] == 0xffffffffu) continue;
-      wrong[i] = reflectance(state, b, p) * left * std::abs(total[i]);
+      wrong[i] = reflectance(state, b, p) * left(i % rows) * std::abs(total[i]);
       wrong_power += area * wrong[i], power += area * total[i];
     }
   }

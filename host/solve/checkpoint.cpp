@@ -35,6 +35,8 @@ std::string fingerprint(const Scene& scene) {
   for (const Material& m : scene.materials) {
     for (const double x : m.reflectance) add_to(sum, x);
     for (const double x : m.emitted_exitance) add_to(sum, x);
+    for (const double x : m.transmission) add_to(sum, x);
+    if (m.is_glass()) add_to(sum, m.ior);
   }
   return fmt::format("{:016x}", sum.value());
 }
@@ -150,7 +152,8 @@ void write_checkpoint(const std::string& path, Run& run) {
   for (std::size_t slot = 0; slot < state.patch_of_slot.size(); ++slot)
     if (state.vertex_columns[slot]) add_reals(archive, column_name(slot), *state.vertex_columns[slot]);
   // Rows past the last slot were never written.
-  add_reals(archive, "patch_columns", state.patch_columns, state.patch_of_slot.size() * state.patches);
+  add_reals(archive, "patch_columns", state.patch_columns,
+            state.patch_of_slot.size() * state.colours * state.patches);
   archive.finish();
 }
 
@@ -240,11 +243,12 @@ void Checkpoint::read_state(Run& run) {
     const std::uint32_t slot = state.add_slot(patch);
     auto& kept = state.vertex_columns.emplace_back();
     if (!archive_.has(column_name(slot))) continue;
-    kept = std::make_unique<RealArray>(state.device, state.vertices, "kept columns");
+    kept = std::make_unique<RealArray>(state.device, state.column.size(), "kept columns");
     read_reals(archive_, column_name(slot), *kept);
     state.column_bytes += kept->bytes();
   }
-  read_reals(archive_, "patch_columns", state.patch_columns, n.patch_of_slot.size() * state.patches);
+  read_reals(archive_, "patch_columns", state.patch_columns,
+             n.patch_of_slot.size() * state.colours * state.patches);
 }
 
 }  // namespace clrad

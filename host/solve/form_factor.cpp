@@ -5,6 +5,7 @@
 #include <glm/geometric.hpp>
 
 #include "clrad/primitives.hpp"
+#include "solve/transmission.hpp"
 
 namespace clrad {
 namespace {
@@ -167,7 +168,7 @@ void launch_factors(Device& device, Estimator estimator, const Shooter& shooter,
   else
     device.run(form_factor_kernels, "disk_factors", count, record, shooter.plane, receivers,
                list_of(active, receivers), chosen, *samples, n, Real{disk_area(estimator, shooter, n)},
-               receivers, 0u, factors, dense, count);
+               receivers, 0u, 0u, receivers, std::uint64_t(0), factors, std::uint64_t(0), dense, 0u, count);
 }
 
 }  // namespace
@@ -187,28 +188,54 @@ void unoccluded_factors(Device& device, Estimator estimator, const Shooter& shoo
 void visible_factors(Device& device, VisibilityEngine& engine, Estimator estimator, const Shooter& shooter,
                      const PointArray& receivers, const Array<std::uint32_t>* active, std::uint32_t count,
                      const PointArray& samples, std::uint32_t n, const Array<std::uint32_t>& masks,
-                     const RealArray& factors, RealArray& column) {
+                     const RealArray& factors, RealArray& column, const Glass* glass) {
   if (count == 0) return;
   const RealArray record = on_device(device, shooter);
   const cl::Buffer& list = list_of(active, receivers);
-  const std::uint32_t chosen = active != nullptr;
-  if (estimator != Estimator::exact) {
-    device.run(form_factor_kernels, "disk_factors", count, record, shooter.plane, receivers, list, chosen,
-               samples, n, Real{disk_area(estimator, shooter, n)}, masks, 1u, column, 1u, count);
-    return;
+  const std::uint32_t chosen = active != nullptr, colours = glass ? glass->colours() : 1;
+  const std::uint64_t stride = column.size() / colours;
+  const bool exact = estimator == Estimator::exact;
+  Array<std::uint32_t> flags, undecided;
+  if (exact) {
+    flags = Array<std::uint32_t>(device, count, "undecided receivers");
+    undecided = Array<std::uint32_t>(device, count, "undecided receivers");
   }
-  Array<std::uint32_t> flags(device, count, "undecided receivers"),
-      undecided(device, count, "undecided receivers");
-  device.run(form_factor_kernels, "visible_factors", count, record, receivers, list, chosen, samples, n,
-             masks, factors, column, flags, count);
+  // Of receivers first .. end - 1 in one colour. Without glass nothing reads `passes`.
+  const auto weigh = [&](const RealArray& passes, std::uint64_t passes_at, std::uint32_t colour,
+                         std::uint32_t first, std::uint32_t end) {
+    const std::uint32_t by_glass = glass != nullptr;
+    if (exact)
+      device.run(form_factor_kernels, "visible_factors", end - first, record, receivers, list, chosen,
+                 samples, n, masks, factors, by_glass, passes, passes_at, column, colour * stride, flags,
+                 first, end);
+    else
+      device.run(form_factor_kernels, "disk_factors", end - first, record, shooter.plane, receivers, list,
+                 chosen, samples, n, Real{disk_area(estimator, shooter, n)}, masks, 1u, by_glass, passes,
+                 passes_at, column, colour * stride, 1u, first, end);
+  };
+  if (glass) {
+    const Segments rays{&receivers, active, count, &samples, n};
+    glass->pass(rays, masks, [&](const RealArray& passes, std::uint32_t first, std::uint32_t end) {
+      for (std::uint32_t c = 0; c < colours; ++c)
+        weigh(passes, std::uint64_t(c) * (end - first) * n, c, first, end);
+    });
+  } else {
+    weigh(factors, 0, 0, 0, count);
+  }
+  if (!exact) return;
   const std::uint32_t late = compact(device, flags.buffer(), count, undecided.buffer());
   if (late == 0) return;
   PointArray origins(device, late, "undecided receivers"), ends(device, late, "undecided receivers");
   Array<std::uint32_t> late_masks(device, late, "undecided receivers");
   device.run(form_factor_kernels, "aim_undecided", late, record, shooter.plane, receivers, list, chosen,
              undecided, origins, ends, late);
-  engine.occluded({&origins, nullptr, late, &ends, 0}, late_masks);
-  device.run(form_factor_kernels, "decide", late, list, chosen, undecided, late_masks, factors, column, late);
+  const Segments rays{&origins, nullptr, late, &ends, 0};
+  engine.occluded(rays, late_masks);
+  const RealArray passes = glass ? glass->pass_pairs(rays, late_masks) : RealArray();
+  for (std::uint32_t c = 0; c < colours; ++c)
+    device.run(form_factor_kernels, "decide", late, list, chosen, undecided, late_masks, factors,
+               std::uint32_t(glass != nullptr), glass ? passes : factors, std::uint64_t(c) * late, column,
+               c * stride, late);
 }
 
 }  // namespace clrad

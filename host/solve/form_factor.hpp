@@ -13,6 +13,8 @@
 
 namespace clrad {
 
+class Glass;
+
 /// A planar convex polygon in the scene's frame that shoots to its front; corners counter-clockwise seen from
 /// there.
 struct Shooter {
@@ -58,9 +60,11 @@ void unoccluded_factors(Device& device, Estimator estimator, const Shooter& shoo
 ///    segment to the centroid of the clipped shooter decides.
 ///  - disk: F = A / n sum_visible cos cos / (pi r^2 + A), the paper's section 1.3;
 ///  - subdisk: the same with A / n below the line (Wallace, Elmquist & Haines 1989).
+/// With `glass`, each visible sample counts by what glass lets pass on the way to it (solve/transmission.hpp); column is
+/// then [colour][receiver].
 void visible_factors(Device& device, VisibilityEngine& engine, Estimator estimator, const Shooter& shooter,
                      const PointArray& receivers, const Array<std::uint32_t>* active, std::uint32_t count,
                      const PointArray& samples, std::uint32_t n, const Array<std::uint32_t>& masks,
-                     const RealArray& factors, RealArray& column);
+                     const RealArray& factors, RealArray& column, const Glass* glass = nullptr);
 
 }  // namespace clrad

@@ -37,7 +37,9 @@ void account_energy(SolveState& state, Solution& solution) {
       const Material& m = state.scene.materials[state.scene.polygons[patch.polygon].material];
       const std::size_t i = std::size_t(b) * state.patches + p;
       emitted += patch.area_m2 * state.exposed[p] * m.emitted_exitance[b];
-      absorbed += patch.area_m2 * (1 - m.reflectance[b]) * solution.patch_irradiance[i];
+      // Of what meets glass, what it does not scatter may have passed: how much it absorbed is not known.
+      if (!(state.through_glass && m.is_glass()))
+        absorbed += patch.area_m2 * (1 - m.reflectance[b]) * solution.patch_irradiance[i];
       left += patch.area_m2 * state.exposed[p] * unshot[i];
       // Without interreflection, what is reflected goes no further.
       if (!state.interreflection) left += patch.area_m2 * m.reflectance[b] * solution.patch_irradiance[i];
@@ -57,12 +59,13 @@ void check_invariants(SolveState& state, Solution& solution) {
   // Rounding of one factor, one compensated average and one sum over patches.
   const double rounding = state.device.options().precision == Precision::float64 ? 1e-12 : 1e-5;
   double over = 0, asymmetry = 0, exchanged = 0;
-  std::vector<double> row(state.patches, 0);
+  const std::size_t rows = std::size_t(state.colours) * state.patches;
+  std::vector<double> row(rows, 0);
   std::vector<std::vector<double>> sampled(slots);
   const std::uint32_t stride = std::max(1u, slots / 64);
   for (std::uint32_t s = 0; s < slots; ++s) {
-    const auto column = state.patch_columns.download(std::uint64_t(s) * state.patches, state.patches);
-    for (std::uint32_t p = 0; p < state.patches; ++p) {
+    const auto column = state.patch_columns.download(s * rows, rows);
+    for (std::size_t p = 0; p < rows; ++p) {
       row[p] += column[p];
       over = std::max({over, column[p] - 1, -column[p]});
     }
@@ -71,17 +74,19 @@ void check_invariants(SolveState& state, Solution& solution) {
   for (std::uint32_t s = 0; s < slots; s += stride)
     for (std::uint32_t t = 0; t < s; t += stride) {
       const std::uint32_t i = state.patch_of_slot[s], j = state.patch_of_slot[t];
-      const double ij = state.mesh.patches[i].area_m2 * sampled[t][i],
-                   ji = state.mesh.patches[j].area_m2 * sampled[s][j];
-      asymmetry += std::abs(ij - ji);
-      exchanged += 0.5 * (ij + ji);
+      for (std::size_t c = 0; c < rows; c += state.patches) {
+        const double ij = state.mesh.patches[i].area_m2 * sampled[t][c + i],
+                     ji = state.mesh.patches[j].area_m2 * sampled[s][c + j];
+        asymmetry += std::abs(ij - ji);
+        exchanged += 0.5 * (ij + ji);
+      }
     }
   report(state, solution, "form-factor-range", over, rounding, "the most a form factor is outside 0..1");
   if (exchanged > 0)
     report(state, solution, "reciprocity", asymmetry / exchanged, reciprocity_allowed,
            "sum |A_i F_ij - A_j F_ji| / sum A_i F_ij over a sample of patches");
   double most = 0, defect = 0;
-  for (std::uint32_t p = 0; p < state.patches; ++p) most = std::max(most, row[p]);
+  for (const double sum : row) most = std::max(most, sum);
   // Of what is exposed, by area: next to what stands on a patch single rows can be off by much more.
   double area = 0;
   for (std::uint32_t p = 0; p < state.patches; ++p) {

@@ -62,9 +62,10 @@ class Gmres {
   RealArray& vector() { return vector_; }
 
   void apply(std::uint32_t k) {
-    state_.device.run(krylov_kernels, "apply", size_, state_.patch_columns, state_.patch_of_slot_device,
-                      state_.slot_of_patch_device, std::uint32_t(state_.patch_of_slot.size()), state_.loss,
-                      state_.coupling, basis_, k * size_, vector_, state_.patches, state_.bands);
+    state_.device.run(krylov_kernels, "apply", size_, state_.patch_columns, state_.colours,
+                      state_.patch_of_slot_device, state_.slot_of_patch_device,
+                      std::uint32_t(state_.patch_of_slot.size()), state_.loss, state_.coupling, basis_,
+                      k * size_, vector_, state_.patches, state_.bands);
   }
 
   // [k][band] products of the first `count` vectors of `with` with the vector.

@@ -170,10 +170,10 @@ void gather_near_field(SolveState& state, const Solution& solution, std::uint32_
                          Real{reach}, flags, first_vertex, count);
       });
     state.device.run("solve/near_field.cl", "near_field", state.vertices - first_vertex, state.receivers,
-                     *column, shooters, cells.first[patch], cells.first[patch + 1] - cells.first[patch],
-                     radiosity_device, slopes_device, cells.count(), mean_device, state.total_shot, patch,
-                     patches, box_device, Real{reach}, state.vertex_irradiance, first_vertex, state.vertices,
-                     state.bands);
+                     *column, state.colours, shooters, cells.first[patch],
+                     cells.first[patch + 1] - cells.first[patch], radiosity_device, slopes_device,
+                     cells.count(), mean_device, state.total_shot, patch, patches, box_device, Real{reach},
+                     state.vertex_irradiance, first_vertex, state.vertices, state.bands);
   }
 }
 

@@ -64,9 +64,9 @@ void bound_rounding(SolveState& state, Solution& solution) {
   const std::vector<double> total = state.total_shot.download(), emitted = state.patch_emitted.download(),
                             loss = state.loss.download();
   RealArray spread(state.device, count, "differences of radiosity");
-  state.device.run("solve/balance.cl", "spread", count, state.patch_columns, state.patch_of_slot_device,
-                   std::uint32_t(state.patch_of_slot.size()), state.total_shot, state.total_shot_lo,
-                   state.coupling, spread, n, state.bands);
+  state.device.run("solve/balance.cl", "spread", count, state.patch_columns, state.colours,
+                   state.patch_of_slot_device, std::uint32_t(state.patch_of_slot.size()), state.total_shot,
+                   state.total_shot_lo, state.coupling, spread, n, state.bands);
   const std::vector<double> differences = spread.download();
 
   std::vector<double> source(count, 0);

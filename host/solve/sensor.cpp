@@ -7,6 +7,7 @@
 #include "clrad/primitives.hpp"
 #include "device/grow.hpp"
 #include "solve/nodes.hpp"
+#include "solve/transmission.hpp"
 
 namespace clrad {
 namespace {
@@ -58,7 +59,7 @@ Frame frame_with_sensors(const Scene& scene, std::span<const Sensor> sensors) {
 
 std::vector<SensorResult> gather_at_sensors(Device& device, const Solution& solution,
                                             std::span<const std::uint32_t> planes, VisibilityEngine& engine,
-                                            const SolveOptions& options) {
+                                            const SolveOptions& options, const Glass* glass) {
   if (options.sensors.empty()) return {};
   const auto stage = device.stage("gather at sensors");
   std::vector<Point> points;
@@ -70,6 +71,7 @@ std::vector<SensorResult> gather_at_sensors(Device& device, const Solution& solu
   const auto patches = std::uint32_t(solution.mesh.patches.size());
   const auto node_count = std::uint32_t(nodes.brightness.size());
   const auto sensors = std::uint32_t(points.size());
+  const std::uint32_t colours = glass ? glass->colours() : 1;
   const PointArray sensor(device, points, "sensors"), corners(device, nodes.corners, "node corners");
   const RealArray shooters(device, nodes.shooters, "nodes"),
       radiosity(device, nodes.radiosity, "node radiosity"),
@@ -78,10 +80,11 @@ std::vector<SensorResult> gather_at_sensors(Device& device, const Solution& solu
   RealArray irradiance(device, std::uint64_t(sensors) * solution.bands, "sensor irradiance");
   RealArray error(device, std::uint64_t(sensors) * solution.bands, "sensor errors");
 
-  // Rays dominate: origins, ends, kernel, mask and owners take some 150 bytes each, pairs less.
+  // Rays dominate: origins, ends, kernel, mask and owners take some 150 bytes each, what glass lets pass 8 a band; pairs less.
   const std::uint64_t room =
       (device.ledger()->limit - std::min(device.ledger()->limit, device.ledger()->held)) / 4;
-  const std::uint64_t per_sensor = (std::uint64_t(options.sensor_rays) + 4 * std::uint64_t(patches)) * 300;
+  const std::uint64_t per_sensor =
+      (std::uint64_t(options.sensor_rays) + 4 * std::uint64_t(patches)) * (300 + 8 * (colours - 1));
   const auto batch = std::uint32_t(std::clamp<std::uint64_t>(
       room / per_sensor, 1, std::min<std::uint64_t>(sensors, (1u << 30) / patches)));
 
@@ -99,7 +102,8 @@ std::vector<SensorResult> gather_at_sensors(Device& device, const Solution& solu
         allocate(device, counts.buffer(), std::uint64_t(count) * patches, "pairs of sensor and node");
     grow(node, device, pairs.total, "pairs"), grow(factor, device, pairs.total, "pairs"),
         grow(weight, device, pairs.total, "pairs");
-    grow(visible, device, pairs.total, "pairs"), grow(variance, device, pairs.total, "pairs"),
+    const std::uint64_t shares = std::uint64_t(colours) * pairs.total;
+    grow(visible, device, shares, "pairs"), grow(variance, device, shares, "pairs"),
         grow(ray_counts, device, pairs.total, "pairs");
     device.run(sensor_kernels, "sensor_factors", pairs.total, sensor, shooters, pairs.owner, pairs.rank,
                counts, first_element, brightness, node, factor, weight, first, pairs.total, patches);
@@ -112,12 +116,18 @@ std::vector<SensorResult> gather_at_sensors(Device& device, const Solution& solu
     grow(kernel_of, device, rays.total, "sensor rays"), grow(masks, device, rays.total, "sensor rays");
     device.run(sensor_kernels, "sensor_rays", rays.total, sensor, corners, pairs.owner, node, rays.owner,
                rays.rank, origins, ends, kernel_of, first, rays.total, patches, std::uint32_t(options.seed));
-    engine.occluded({&origins, nullptr, rays.total, &ends, 0}, masks);
-    device.run(sensor_kernels, "sensor_visible", pairs.total, rays.offsets, kernel_of, masks, factor, visible,
-               variance, pairs.total);
-    device.run(sensor_kernels, "sensor_sum", std::uint64_t(count) * solution.bands, pairs.offsets, node,
-               visible, variance, radiosity, irradiance, error, first, count, patches, node_count,
-               solution.bands);
+    const Segments segments_of_rays{&origins, nullptr, rays.total, &ends, 0};
+    engine.occluded(segments_of_rays, masks);
+    const RealArray passes =
+        glass && rays.total > 0 ? glass->pass_pairs(segments_of_rays, masks) : RealArray();
+    for (std::uint32_t c = 0; c < colours; ++c)
+      device.run(sensor_kernels, "sensor_visible", pairs.total, rays.offsets, kernel_of, masks,
+                 std::uint32_t(passes.size() > 0), passes.size() > 0 ? passes : factor,
+                 std::uint64_t(c) * rays.total, factor, visible, variance, std::uint64_t(c) * pairs.total,
+                 pairs.total);
+    device.run(sensor_kernels, "sensor_sum", std::uint64_t(count) * solution.bands, colours, pairs.total,
+               pairs.offsets, node, visible, variance, radiosity, irradiance, error, first, count, patches,
+               node_count, solution.bands);
   }
 
   const auto h = irradiance.download(), e = error.download();

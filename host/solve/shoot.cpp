@@ -30,16 +30,18 @@ void find_occluded(SolveState& state, const PointArray& samples, std::uint32_t n
   state.engine.occluded(rays, state.masks);
 }
 
-// column = form factor x visible fraction at every receiver from `first` on; 0 where nothing arrives.
+// column = form factor x visible fraction (x what glass lets pass) at every receiver from `first` on; 0 where nothing arrives.
 void weigh(SolveState& state, const Shooter& shooter, const PointArray& samples, std::uint32_t n,
            std::uint32_t receivers, std::uint32_t first, RealArray& column) {
   const auto stage = state.device.stage("weigh form factors by what is visible");
   const std::uint64_t real = column.bytes() / column.size();
-  state.device.fill_bytes(column.buffer(), 0, (state.vertices - first) * real, first * real);
+  for (std::uint32_t c = 0; c < state.colours; ++c)
+    state.device.fill_bytes(column.buffer(), 0, (state.vertices - first) * real,
+                            (std::uint64_t(c) * state.vertices + first) * real);
   form_factors(state.device, state.options.estimator, shooter, state.receivers, &state.active, receivers,
                samples, n, state.factors);
   visible_factors(state.device, state.engine, state.options.estimator, shooter, state.receivers,
-                  &state.active, receivers, samples, n, state.masks, state.factors, column);
+                  &state.active, receivers, samples, n, state.masks, state.factors, column, state.glass);
 }
 
 // The same where nothing can stand between.
@@ -57,13 +59,14 @@ std::uint64_t trace_column(SolveState& state, std::uint32_t patch, std::uint32_t
                            const std::function<void(Array<std::uint32_t>&)>& also = nullptr) {
   const Shooter shooter = shooter_of(state.scene, state.mesh, patch, state.metres_per_unit);
   const std::uint32_t n = samples_of(state, patch);
-  const bool sampled = state.occlusion || state.options.estimator != Estimator::exact;
+  const bool in_the_way = state.occlusion || state.glass;
+  const bool sampled = in_the_way || state.options.estimator != Estimator::exact;
   PointArray samples;
   if (sampled)
     samples =
         PointArray(state.device, samples_on(shooter, patch, n, state.options.seed), "samples on the shooter");
   const std::uint32_t receivers = emit(state, shooter, first, also);
-  if (!state.occlusion) {
+  if (!in_the_way) {
     weigh_unoccluded(state, shooter, sampled ? &samples : nullptr, n, receivers, first, column);
     return 0;
   }
@@ -77,29 +80,33 @@ std::uint64_t trace_column(SolveState& state, std::uint32_t patch, std::uint32_t
 void deliver_to_vertices(SolveState& state, const RealArray& column, const RealArray& shot,
                          std::uint32_t stride, std::uint32_t at, std::uint32_t first = 0) {
   const auto stage = state.device.stage("deliver light to the vertices");
-  state.device.run(deliver, "deliver_to_vertices", state.vertices - first, column, shot, stride, at,
-                   state.vertex_irradiance, state.vertex_irradiance_lost, first, state.vertices, state.bands);
+  state.device.run(deliver, "deliver_to_vertices", state.vertices - first, column, state.colours, shot,
+                   stride, at, state.vertex_irradiance, state.vertex_irradiance_lost, first, state.vertices,
+                   state.bands);
 }
 
 void gather_column(SolveState& state, const RealArray& column, std::uint32_t slot) {
   const auto stage = state.device.stage("gather vertices to elements and patches");
-  state.gatherer->gather(column, state.patch_columns, std::uint64_t(slot) * state.patches);
+  for (std::uint32_t c = 0; c < state.colours; ++c)
+    state.gatherer->gather(column, state.patch_columns,
+                           (std::uint64_t(slot) * state.colours + c) * state.patches,
+                           std::uint64_t(c) * state.vertices);
 }
 
 void account(SolveState& state, std::uint32_t slot, std::uint32_t stride, std::uint32_t at) {
   if (!state.interreflection) return;  // gather_direct() says at the end what arrived
   const auto stage = state.device.stage("account for what is absorbed and unshot");
   state.device.run(deliver, "deliver_to_patches", state.patches, state.patch_columns,
-                   std::uint64_t(slot) * state.patches, state.shot, stride, at, state.patch_rho,
-                   state.patch_irradiance, state.patch_irradiance_lost, state.unshot, state.unshot_lost,
-                   state.patches, state.bands);
+                   std::uint64_t(slot) * state.colours * state.patches, state.colours, state.shot, stride, at,
+                   state.patch_rho, state.patch_irradiance, state.patch_irradiance_lost, state.unshot,
+                   state.unshot_lost, state.patches, state.bands);
 }
 
 // Once for each column, at the vertices from `first` on.
 void add_to_row_sums(SolveState& state, const RealArray& column, std::uint32_t first = 0) {
   const auto stage = state.device.stage("gather vertices to elements and patches");
   const RealArray one(state.device, std::vector<double>{1}, "one");
-  state.device.run(deliver, "deliver_to_vertices", state.vertices - first, column, one, 1u, 0u,
+  state.device.run(deliver, "deliver_to_vertices", state.vertices - first, column, 1u, one, 1u, 0u,
                    state.vertex_row_sum, state.vertex_row_sum_lost, first, state.vertices, 1u);
 }
 
@@ -160,7 +167,7 @@ void reshoot_kept(SolveState& state) {
   state.reshoots += slots;
   if (state.balanced) return restate(state);
   state.device.run(deliver, "deliver_kept", std::uint64_t(state.patches) * state.bands, state.patch_columns,
-                   state.patches, state.shot_by_slot, slots, state.patch_rho, state.patch_irradiance,
+                   state.colours, state.shot_by_slot, slots, state.patch_rho, state.patch_irradiance,
                    state.patch_irradiance_lost, state.unshot, state.unshot_lost, state.patches, state.bands);
 }
 
@@ -196,8 +203,9 @@ void interpolate_to_new(SolveState& state, std::uint32_t first, const Array<std:
   const auto stage = state.device.stage("interpolate new vertices");
   for (std::uint32_t slot = 0; slot < state.patch_of_slot.size(); ++slot) {
     RealArray& column = state.extend_column(slot);
-    state.device.run("solve/refine.cl", "interpolate_new", state.vertices - first, column, parents, first,
-                     state.vertices);
+    for (std::uint32_t c = 0; c < state.colours; ++c)
+      state.device.run("solve/refine.cl", "interpolate_new", state.vertices - first, column,
+                       std::uint64_t(c) * state.vertices, parents, first, state.vertices);
     add_to_row_sums(state, column, first);
     deliver_to_vertices(state, column, state.total_shot, state.patches, state.patch_of_slot[slot], first);
     gather_column(state, column, slot);
@@ -207,14 +215,14 @@ void interpolate_to_new(SolveState& state, std::uint32_t first, const Array<std:
 void gather_direct(SolveState& state) {
   const auto stage = state.device.stage("gather vertices to elements and patches");
   for (std::uint32_t b = 0; b < state.bands; ++b) {
-    state.device.copy(state.vertex_irradiance.buffer(), state.column.buffer(), state.column.bytes(),
-                      b * state.column.bytes());
+    const std::uint64_t row = state.vertex_irradiance.bytes() / state.bands;
+    state.device.copy(state.vertex_irradiance.buffer(), state.column.buffer(), row, b * row);
     state.gatherer->gather(state.column, state.patch_irradiance, std::uint64_t(b) * state.patches);
   }
 }
 
 void gather_row(SolveState& state, std::uint32_t patch) {
-  state.device.run("solve/balance.cl", "gather_row", state.bands, state.patch_columns,
+  state.device.run("solve/balance.cl", "gather_row", state.bands, state.patch_columns, state.colours,
                    state.patch_of_slot_device, std::uint32_t(state.patch_of_slot.size()), state.patch_emitted,
                    state.loss, state.coupling, state.total_shot, state.total_shot_lo, state.pending, patch,
                    state.patches, state.bands);

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <numeric>
@@ -25,6 +26,7 @@
 #include "solve/run.hpp"
 #include "solve/sensor.hpp"
 #include "solve/shoot.hpp"
+#include "solve/transmission.hpp"
 #include "visibility/chop.hpp"
 #include "visibility/open.hpp"
 
@@ -100,6 +102,31 @@ void write_down_options(const Device& device, const SolveOptions& o, const Mesh&
   };
 }
 
+bool scene_needs(std::span<const Effect> effects, std::string_view name) {
+  return std::any_of(effects.begin(), effects.end(),
+                     [&](const Effect& e) { return e.name == name && e.needed; });
+}
+
+// Light that passes glass is neither kept in nor accounted for, so what is closed by it or holds it is open.
+Enclosure opened_by_glass(const Scene& scene) {
+  const Polygon& first = scene.polygons[glass_polygons(scene).at(0)];
+  return {false, fmt::format("light passes the glass \"{}\" at {}", first.name, first.where.text())};
+}
+
+void warn_of_specular(const SolveState& state, Report& report) {
+  const auto& polygons = state.scene.polygons;
+  const bool mirrors = std::any_of(polygons.begin(), polygons.end(), [&](const Polygon& p) {
+    const std::vector<double>& s = state.scene.materials[p.material].specular;
+    return std::any_of(s.begin(), s.end(), [](double share) { return share > 0; });
+  });
+  if (mirrors)
+    report.warnings.emplace_back(
+        "light that reaches diffuse surfaces by way of mirrors is not solved; pictures follow mirrors");
+  if (state.through_glass && state.options.closure == Closure::on)
+    report.warnings.emplace_back(
+        "--closure on: rows of form factors are left as they are, since glass takes a share of the light");
+}
+
 // The bands of `scene`, all at once.
 Solution solve_bands(Device& device, const Scene& scene, const SolveOptions& options,
                      const std::vector<Effect>& effects, Clock::time_point start) {
@@ -111,7 +138,12 @@ Solution solve_bands(Device& device, const Scene& scene, const SolveOptions& opt
   std::unique_ptr<Checkpoint> resumed;
   if (!options.resume.empty()) resumed = std::make_unique<Checkpoint>(options.resume, device, scene, options);
   if (!resumed) solution.mesh = build_mesh(scene, solution.frame, planes, options.mesh);
-  const auto triangles = occluder_triangles(scene, solution.frame, planes);
+  auto triangles = occluder_triangles(scene, solution.frame, planes);
+  std::unique_ptr<Glass> glass;
+  if (runs(effects, "transmission")) {
+    glass = std::make_unique<Glass>(device, scene, triangles);
+    triangles = without_glass(scene, triangles);
+  }
 
   const bool occlusion = runs(effects, "occlusion");
   const auto engine = engine_for(device, occlusion, triangles, options);
@@ -130,10 +162,11 @@ Solution solve_bands(Device& device, const Scene& scene, const SolveOptions& opt
   }
 
   SolveState state(device, scene, solution.mesh, solution.bands, *engine, options, solution.vertex_covered,
-                   solution.frame.metres());
+                   solution.frame.metres(), glass.get());
   state.occlusion = occlusion;
   state.interreflection = runs(effects, "interreflection");
-  state.enclosure = find_enclosure(scene);
+  state.through_glass = glass && scene_needs(effects, "transmission");
+  state.enclosure = state.through_glass ? opened_by_glass(scene) : find_enclosure(scene);
   decide_closing(state);
   solution.report.seconds.build = since(start);
   const auto shooting = Clock::now();
@@ -156,7 +189,7 @@ Solution solve_bands(Device& device, const Scene& scene, const SolveOptions& opt
     gather_near_field(state, solution);
     solution.vertex_irradiance = state.vertex_irradiance.download();
   }
-  solution.sensors = gather_at_sensors(device, solution, planes, *engine, options);
+  solution.sensors = gather_at_sensors(device, solution, planes, *engine, options, glass.get());
   solution.report.seconds.solve = since(shooting);
 
   Report& report = solution.report;
@@ -171,10 +204,7 @@ Solution solve_bands(Device& device, const Scene& scene, const SolveOptions& opt
   account_energy(state, solution);
   check_invariants(state, solution);
   judge_rows(state, solution);
-  if (has_specular(scene))
-    report.warnings.emplace_back(
-        "diffuse light that arrives by way of mirrors or through glass is not solved: to the solve they "
-        "are opaque, and only their diffuse part reflects; pictures follow them");
+  warn_of_specular(state, report);
   report.error.parts.push_back({"convergence", solution.unshot_relative, false});
   bound_rounding(state, solution);
   note_left_out(report);

@@ -4,12 +4,13 @@
 #include <cmath>
 
 #include "solve/covered.hpp"
+#include "solve/transmission.hpp"
 
 namespace clrad {
 
 SolveState::SolveState(Device& device_, const Scene& scene_, Mesh& mesh_, std::uint32_t bands_,
                        VisibilityEngine& engine_, const SolveOptions& options_,
-                       std::vector<std::uint8_t>& covered_, double metres_per_unit_)
+                       std::vector<std::uint8_t>& covered_, double metres_per_unit_, const Glass* glass_)
     : device(device_),
       scene(scene_),
       mesh(mesh_),
@@ -19,6 +20,8 @@ SolveState::SolveState(Device& device_, const Scene& scene_, Mesh& mesh_, std::u
       engine(engine_),
       options(options_),
       metres_per_unit(metres_per_unit_),
+      glass(glass_),
+      colours(glass_ ? glass_->colours() : 1),
       patch_area(device_, patches, "patch areas"),
       patch_rho(device_, std::uint64_t(bands_) * patches, "patch reflectances"),
       patch_emitted(device_, std::uint64_t(bands_) * patches, "patch emission"),
@@ -65,7 +68,7 @@ void SolveState::take_mesh() {
   facing = Array<std::uint32_t>(device, vertices, "facing flags");
   active = Array<std::uint32_t>(device, vertices, "active receivers");
   factors = RealArray(device, vertices, "form factors");
-  column = RealArray(device, vertices, "a column");
+  column = RealArray(device, std::uint64_t(colours) * vertices, "a column");
   exposed = exposed_shares(mesh, covered_on_host);
   upload_patches();
 }
@@ -94,11 +97,11 @@ void SolveState::upload_patches() {
 
 std::uint32_t SolveState::add_slot(std::uint32_t patch) {
   const auto slot = std::uint32_t(patch_of_slot.size());
-  const std::uint64_t row = patch_irradiance.bytes() / bands;
+  const std::uint64_t row = patch_irradiance.bytes() / bands * colours;
   if ((slot + 1) * row > patch_columns.bytes()) {
     const std::uint64_t rows =
         std::min<std::uint64_t>(patches, std::max<std::uint64_t>(64, 2 * std::uint64_t(slot)));
-    RealArray more(device, rows * patches, "patch columns");
+    RealArray more(device, rows * colours * patches, "patch columns");
     device.copy(patch_columns.buffer(), more.buffer(), slot * row);
     device.finish();
     patch_columns = std::move(more);
@@ -114,7 +117,7 @@ std::unique_ptr<RealArray> SolveState::vertex_column() {
   const std::uint64_t bytes = column.bytes();
   if (column_bytes + bytes + patch_columns.bytes() > column_budget_bytes) return nullptr;
   column_bytes += bytes;
-  return std::make_unique<RealArray>(device, vertices, "kept columns");
+  return std::make_unique<RealArray>(device, column.size(), "kept columns");
 }
 
 bool SolveState::keeps_all_columns() const {
@@ -125,16 +128,19 @@ bool SolveState::keeps_all_columns() const {
 std::uint64_t SolveState::vertices_left() const {
   const std::uint64_t real = column.bytes() / column.size();
   // While a column grows, it is there twice; two points, flags and sums besides.
-  const std::uint64_t per_vertex = real * (std::uint64_t(patches) + 1 + 4 * bands + 2) + 256;
-  const std::uint64_t patch_bytes = real * patches * std::uint64_t(patches);
-  const std::uint64_t held = real * vertices * std::uint64_t(patches) + patch_bytes;
+  const std::uint64_t per_vertex =
+      real * (std::uint64_t(colours) * (std::uint64_t(patches) + 1) + 4 * bands + 2) + 256;
+  const std::uint64_t patch_bytes = real * colours * patches * std::uint64_t(patches);
+  const std::uint64_t held = real * colours * vertices * std::uint64_t(patches) + patch_bytes;
   return held > column_budget_bytes ? 0 : (column_budget_bytes - held) / per_vertex;
 }
 
 RealArray& SolveState::extend_column(std::uint32_t slot) {
   std::unique_ptr<RealArray>& kept = vertex_columns[slot];
-  auto grown = std::make_unique<RealArray>(device, vertices, "kept columns");
-  device.copy(kept->buffer(), grown->buffer(), kept->bytes());
+  auto grown = std::make_unique<RealArray>(device, column.size(), "kept columns");
+  const std::uint64_t before = kept->bytes() / colours, after = grown->bytes() / colours;
+  for (std::uint32_t c = 0; c < colours; ++c)
+    device.copy(kept->buffer(), grown->buffer(), before, c * before, c * after);
   device.finish();
   column_bytes += grown->bytes() - kept->bytes();
   kept = std::move(grown);

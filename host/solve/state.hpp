@@ -14,13 +14,16 @@
 
 namespace clrad {
 
+class Glass;
+
 /// Arrays are [band][patch] or [band][vertex]; "lost" ones hold what compensated sums still owe. Radiosities and
 /// irradiances in W/m^2.
 class SolveState {
  public:
   /// `mesh` and `covered` (a byte a vertex) may grow in adaptive subdivision; take_mesh() follows.
   SolveState(Device& device, const Scene& scene, Mesh& mesh, std::uint32_t bands, VisibilityEngine& engine,
-             const SolveOptions& options, std::vector<std::uint8_t>& covered, double metres_per_unit);
+             const SolveOptions& options, std::vector<std::uint8_t>& covered, double metres_per_unit,
+             const Glass* glass = nullptr);
 
   Device& device;
   const Scene& scene;
@@ -31,6 +34,10 @@ class SolveState {
   VisibilityEngine& engine;
   const SolveOptions& options;
   const double metres_per_unit;  ///< length of one frame unit
+  const Glass* const glass;      ///< null: no light passes any
+  bool through_glass = false;    ///< light reaches something by way of it
+  /// Columns that a shooter has: 1, or one a band where glass is coloured. Band b takes number b % colours.
+  const std::uint32_t colours;
 
   // Effects that run (clrad/effects.hpp).
   bool occlusion = true;        ///< something may stand between two surfaces
@@ -50,15 +57,15 @@ class SolveState {
   RealArray shot, shot_by_slot;                ///< [band][k] the shots under way; [band][slot] of a re-shoot
   Array<float> power;                          ///< [patch], unshot power
   Array<std::uint32_t> facing, active, masks;  ///< scratch of one shoot
-  RealArray factors, column;                   ///< [receiver]
+  RealArray factors, column;                   ///< [receiver], [colour][receiver]
   double emitted_power = 0;                    ///< sum over patches of area x |E| over bands at first [W]
 
-  // Kept columns. Patch columns are always kept: slot s holds F of its shooter to every patch. Vertex columns are kept
+  // Kept columns. Patch columns are always kept: slot s holds F of its shooter to every patch, x what glass lets pass. Vertex columns are kept
   // while their share of the memory lasts.
   std::vector<std::uint32_t> slot_of_patch;  ///< 0xffffffff: never shot
   std::vector<std::uint32_t> patch_of_slot;
   Array<std::uint32_t> slot_of_patch_device, patch_of_slot_device;
-  RealArray patch_columns;                                 ///< [slot][patch]
+  RealArray patch_columns;                                 ///< [slot][colour][patch]
   std::vector<std::unique_ptr<RealArray>> vertex_columns;  ///< by slot; null when not kept
   std::uint64_t shoots = 0, reshoots = 0;
 
@@ -67,8 +74,8 @@ class SolveState {
   bool closes_rows = false;                       ///< rows of patches are to be closed (decide_closing())
   bool closes_vertices = false;                   ///< those of vertices, too
   bool balanced = false;                          ///< they are
-  RealArray vertex_row_sum, vertex_row_sum_lost;  ///< [vertex], over all columns traced
-  std::vector<double> row_sum;                    ///< [patch]
+  RealArray vertex_row_sum, vertex_row_sum_lost;  ///< [vertex], over all columns traced, of the first colour
+  std::vector<double> row_sum;                    ///< [colour][patch]
   RealArray loss, coupling, row_scale;            ///< [band][patch], [band][patch], [patch]
   std::uint32_t rows_of_slots = 0xffffffffu;      ///< how many columns the last four are of
   double unshot_before_sweep = 1e9;  ///< relative, when kept columns were last shot again in a row

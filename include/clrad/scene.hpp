@@ -19,10 +19,11 @@ struct SourceLocation {
 };
 
 /// What a surface does with light, per band. Sizes: bands of the scene; `specular` and `transmission` may be
-/// empty where there is none. Only the diffuse part takes part in a solve; mirrors and glass are followed when a
-/// picture is drawn. Glass reflects by Fresnel's equations what is neither diffuse nor mirrored, and passes
-/// `transmission` of the rest at each surface: a closed surface all of glass is a solid that refracts (fronts
-/// face the air), any other polygon of glass a thin sheet.
+/// empty where there is none. In a solve the diffuse part shoots and receives, and glass in the way of light
+/// passes its share straight on; when a picture is drawn, mirrors and glass are followed. Glass reflects by
+/// Fresnel's equations what is neither diffuse nor mirrored, and passes `transmission` of the rest at each
+/// surface: a closed surface all of glass is a solid that refracts (fronts face the air), any other polygon of
+/// glass a thin sheet.
 struct Material {
   std::string name;
   std::vector<double> reflectance;       ///< rho, dimensionless, in [0, 1)

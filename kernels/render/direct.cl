@@ -38,16 +38,17 @@ __kernel void place_receivers(__global const CLRAD_POINT_T* origins, __global co
                                 clrad_meet(table, origins + ray, targets + ray), planes[polygon], polygon);
 }
 
-/* column[i]: form factor x visible fraction of light number `light` at receiver i; lights[light * bands + band] its E. */
+/* column[b % colours * stride + i]: form factor x visible fraction of light number `light` at receiver i in band b; lights[light * bands + band] its E. */
 __kernel void add_light(__global const uint* seen, __global const uint* lit, uint count, __global const REAL* column,
-                        __global const REAL* lights, uint light, __global const REAL* reflectance, uint bands,
+                        ulong stride, uint colours, __global const REAL* lights, uint light, __global const REAL* reflectance, uint bands,
                         __global float* shown) {
   const uint i = (uint)get_global_id(0);
   if (i >= count) return;
-  const REAL f = column[i];
-  if (!(f > (REAL)0)) return;
   const uint ray = lit[i], polygon = seen[ray];
-  for (uint band = 0; band < bands; ++band)
-    shown[(ulong)ray * bands + band] +=
-        (float)(reflectance[(ulong)polygon * bands + band] * lights[light * bands + band] * f);
+  for (uint band = 0; band < bands; ++band) {
+    const REAL f = column[band % colours * stride + i];
+    if (f > (REAL)0)
+      shown[(ulong)ray * bands + band] +=
+          (float)(reflectance[(ulong)polygon * bands + band] * lights[light * bands + band] * f);
+  }
 }

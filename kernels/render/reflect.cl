@@ -8,8 +8,7 @@
  * for unpolarised light, as in Born & Wolf, section 1.5):
  *     mirrored   d + 2 cos i N
  *     refracted  eta d + (eta cos i - cos t) N,  eta = n1 / n2,  cos^2 t = 1 - eta^2 (1 - cos^2 i); total reflection: < 0
- *     R = (r_s^2 + r_p^2) / 2,  r_s = (n1 cos i - n2 cos t) / (n1 cos i + n2 cos t),
- *                               r_p = (n2 cos i - n1 cos t) / (n2 cos i + n1 cos t)
+ *     reflected  R of shared/fresnel.cl
  * A solid's front is met from outside, n1 = 1 and n2 = ior, its back from inside, the other way round. A sheet is two such
  * surfaces in one: light between them goes to and fro, which sums to R' = 2 R / (1 + R), and the ray goes straight on.
  * Shares of a band with diffuse reflectance rho, mirror share s and transmission t, rho + s + t <= 1: s + (1 - rho - s) R
@@ -19,6 +18,7 @@
  *       high x y z, which holds the scene with room to spare; origins' normals are the rays' unit directions.
  * Post: new rays start on the polygon they leave (its plane, hi + lo) and end on the box, in the order of the rays that
  *       asked, reflected before refracted. No new ray where all bands' throughput is below LEAST_THROUGHPUT. */
+#include "shared/fresnel.cl"
 #include "shared/slab.cl"
 #include "shared/surface.cl"
 
@@ -52,18 +52,13 @@ fork fork_of(uint kind, REAL ior, clrad_vector d, __global const REAL* polygon, 
   f.mirrored = clrad_plus(d, clrad_scaled(normal, (REAL)2 * cos_i));
   if (kind != MIRROR) {
     const REAL n1 = kind == SHEET || front ? (REAL)1 : ior, n2 = kind == SHEET || front ? ior : (REAL)1;
-    const REAL eta = n1 / n2, square = (REAL)1 - eta * eta * ((REAL)1 - cos_i * cos_i);
-    f.fresnel = 1;
-    if (square > (REAL)0) {
-      const REAL cos_t = sqrt(square);
-      const REAL r_s = (n1 * cos_i - n2 * cos_t) / (n1 * cos_i + n2 * cos_t);
-      const REAL r_p = (n2 * cos_i - n1 * cos_t) / (n2 * cos_i + n1 * cos_t);
-      f.fresnel = (REAL)0.5f * (r_s * r_s + r_p * r_p);
-      if (kind == SHEET)
-        f.fresnel = (REAL)2 * f.fresnel / ((REAL)1 + f.fresnel);
-      else
-        f.refracted = clrad_plus(clrad_scaled(d, eta), clrad_scaled(normal, eta * cos_i - cos_t));
-    }
+    const REAL eta = n1 / n2;
+    REAL cos_t;
+    f.fresnel = clrad_fresnel(n1, n2, cos_i, &cos_t);
+    if (kind == SHEET)
+      f.fresnel = clrad_sheet_reflects(f.fresnel);
+    else if (cos_t > (REAL)0)
+      f.refracted = clrad_plus(clrad_scaled(d, eta), clrad_scaled(normal, eta * cos_i - cos_t));
   }
   for (uint band = 0; band < bands; ++band) {
     const REAL before = from_camera ? (REAL)1 : throughput[band];

@@ -11,7 +11,7 @@
  * and the mesh do to a row sum cannot be amplified by 1 / (1 - rho).
  *
  * Radiosities are pairs: at rho = 0.9999 a float of B = 10^4 E would leave 10^-3 E unaccounted for. Sums run over slots in
- * order, one work-item a (patch, band). */
+ * order, one work-item a (patch, band). Columns are [slot][colour][patch] as in deliver.cl, row sums [colour][patch]. */
 #include "shared/math.cl"
 #include "shared/sum.cl"
 
@@ -22,42 +22,43 @@ clrad_pair radiosity_of(__global const REAL* total, __global const REAL* total_l
   return t;
 }
 
-/* Row sums of the columns as pairs: sums[p] + sums[patches + p]. */
-__kernel void row_sums(__global const REAL* columns, uint slots, __global REAL* sums, uint patches) {
-  const uint p = get_global_id(0);
-  if (p >= patches) return;
+/* Row sums of the columns as pairs: sums[i] + sums[patches * colours + i], i = (colour, patch). */
+__kernel void row_sums(__global const REAL* columns, uint colours, uint slots, __global REAL* sums, uint patches) {
+  const uint i = get_global_id(0);
+  if (i >= patches * colours) return;
   clrad_pair sum = clrad_two_sum(0, 0);
   for (uint s = 0; s < slots; ++s) {
-    const clrad_pair grown = clrad_two_sum(sum.hi, columns[(ulong)s * patches + p]);
+    const clrad_pair grown = clrad_two_sum(sum.hi, columns[(ulong)s * colours * patches + i]);
     sum.hi = grown.hi;
     sum.lo += grown.lo;
   }
-  sums[p] = sum.hi;
-  sums[patches + p] = sum.lo;
+  sums[i] = sum.hi;
+  sums[patches * colours + i] = sum.lo;
 }
 
-/* The same sums by reciprocity, A_i F_ij = A_j F_ji: sums[s] = sum over the patches j that have columns of A_j / A_i F_ji,
- * i the patch of slot s. */
-__kernel void reciprocal_sums(__global const REAL* columns, __global const uint* patch_of_slot,
+/* The same sums by reciprocity, A_i F_ij = A_j F_ji: sums[s * colours + c] = sum over the patches j that have columns of
+ * A_j / A_i F_ji, i the patch of slot s. */
+__kernel void reciprocal_sums(__global const REAL* columns, uint colours, __global const uint* patch_of_slot,
                               __global const uint* slot_of, uint slots, __global const REAL* area,
                               __global REAL* sums, uint patches) {
-  const uint s = get_global_id(0);
-  if (s >= slots) return;
+  const uint i = get_global_id(0);
+  if (i >= slots * colours) return;
   REAL sum = 0, lost = 0;
   for (uint j = 0; j < patches; ++j)
-    if (slot_of[j] != CLRAD_NONE) clrad_add(&sum, &lost, area[j] * columns[(ulong)s * patches + j]);
-  sums[s] = sum / area[patch_of_slot[s]];
+    if (slot_of[j] != CLRAD_NONE) clrad_add(&sum, &lost, area[j] * columns[(ulong)i * patches + j]);
+  sums[i] = sum / area[patch_of_slot[i / colours]];
 }
 
-/* What the balance of patch p lacks of E; *arrived: sum F B. The arrays are those of its band, the balance that of its row. */
-clrad_pair lacking(__global const REAL* columns, __global const uint* patch_of_slot, uint slots,
+/* What the balance of patch p lacks of E; *arrived: sum F B. The arrays are those of its band, columns from its colour on, the
+ * balance that of its row. */
+clrad_pair lacking(__global const REAL* columns, uint colours, __global const uint* patch_of_slot, uint slots,
                    __global const REAL* total, __global const REAL* total_lo, REAL emitted, REAL loss, REAL coupling,
                    uint p, uint patches, REAL* arrived) {
   const clrad_pair own = radiosity_of(total, total_lo, p);
   clrad_pair net = clrad_two_sum(0, 0);
   REAL sum = 0, lost = 0;
   for (uint s = 0; s < slots; ++s) {
-    const REAL f = columns[(ulong)s * patches + p];
+    const REAL f = columns[(ulong)s * colours * patches + p];
     if (f == 0) continue;
     const clrad_pair other = radiosity_of(total, total_lo, patch_of_slot[s]);
     net = clrad_pair_add(net, clrad_pair_times(clrad_pair_sub(own, other), f));
@@ -71,7 +72,7 @@ clrad_pair lacking(__global const REAL* columns, __global const uint* patch_of_s
 /* What the radiosities that were shot in all mean: irradiance = scale sum F B, and unshot = what the balance still lacks. It
  * may be negative where columns, reflectances or the closing of rows have changed under what was shot: a correction that is shot
  * like any other. */
-__kernel void balance(__global const REAL* columns, __global const uint* patch_of_slot, uint slots,
+__kernel void balance(__global const REAL* columns, uint colours, __global const uint* patch_of_slot, uint slots,
                       __global const REAL* total, __global const REAL* total_lo, __global const REAL* emitted,
                       __global const REAL* loss, __global const REAL* coupling, __global const REAL* scale,
                       __global REAL* irradiance, __global REAL* irradiance_lost, __global REAL* unshot,
@@ -80,7 +81,7 @@ __kernel void balance(__global const REAL* columns, __global const uint* patch_o
   if (i >= patches * bands) return;
   const uint p = i % patches, first = i - p;
   REAL arrived;
-  const clrad_pair lacks = lacking(columns, patch_of_slot, slots, total + first, total_lo + first, emitted[i],
+  const clrad_pair lacks = lacking(columns + i / patches % colours * patches, colours, patch_of_slot, slots, total + first, total_lo + first, emitted[i],
                                    loss[i], coupling[i], p, patches, &arrived);
   irradiance[i] = scale[p] * arrived;
   irradiance_lost[i] = 0;
@@ -90,7 +91,7 @@ __kernel void balance(__global const REAL* columns, __global const uint* patch_o
 
 /* One row of a Gauss-Seidel sweep: patch p gets the radiosity that balances what all others have now (its own has the
  * coefficient loss + coupling s = 1). A patch without a column emits and reflects nothing. One work-item a band. */
-__kernel void gather_row(__global const REAL* columns, __global const uint* patch_of_slot, uint slots,
+__kernel void gather_row(__global const REAL* columns, uint colours, __global const uint* patch_of_slot, uint slots,
                          __global const REAL* emitted, __global const REAL* loss, __global const REAL* coupling,
                          __global REAL* total, __global REAL* total_lo, __global REAL* pending, uint p, uint patches,
                          uint bands) {
@@ -98,7 +99,7 @@ __kernel void gather_row(__global const REAL* columns, __global const uint* patc
   if (b >= bands) return;
   const uint first = b * patches, i = first + p;
   REAL arrived;
-  const clrad_pair change = lacking(columns, patch_of_slot, slots, total + first, total_lo + first, emitted[i],
+  const clrad_pair change = lacking(columns + b % colours * patches, colours, patch_of_slot, slots, total + first, total_lo + first, emitted[i],
                                     loss[i], coupling[i], p, patches, &arrived);
   const clrad_pair t = clrad_pair_add(radiosity_of(total, total_lo, i), change);
   total[i] = t.hi;
@@ -107,17 +108,17 @@ __kernel void gather_row(__global const REAL* columns, __global const uint* patc
 }
 
 /* spread[i] = coupling_i sum_j F_ij |B_i - B_j|: what errors of single factors act on in closed rows. */
-__kernel void spread(__global const REAL* columns, __global const uint* patch_of_slot, uint slots,
+__kernel void spread(__global const REAL* columns, uint colours, __global const uint* patch_of_slot, uint slots,
                      __global const REAL* total, __global const REAL* total_lo, __global const REAL* coupling,
                      __global REAL* result, uint patches, uint bands) {
   const uint i = get_global_id(0);
   if (i >= patches * bands) return;
-  const uint p = i % patches, first = i - p;
+  const uint p = i % patches, first = i - p, colour = i / patches % colours;
   const clrad_pair own = radiosity_of(total, total_lo, i);
   REAL sum = 0, lost = 0;
   for (uint s = 0; s < slots; ++s) {
     const clrad_pair other = radiosity_of(total, total_lo, first + patch_of_slot[s]);
-    clrad_add(&sum, &lost, columns[(ulong)s * patches + p] * fabs(clrad_pair_sub(own, other).hi));
+    clrad_add(&sum, &lost, columns[((ulong)s * colours + colour) * patches + p] * fabs(clrad_pair_sub(own, other).hi));
   }
   result[i] = coupling[i] * sum;
 }

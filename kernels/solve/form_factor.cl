@@ -1,5 +1,8 @@
 /* Form factors of receivers to one shooter, and what of them is visible. One work-item a
- * chosen receiver; `chosen` says whether active lists the receivers or they are taken in order. */
+ * chosen receiver; `chosen` says whether active lists the receivers or they are taken in order.
+ *
+ * With `glass`, of what is not blocked passes[passes_at + (i - first) n + k] gets through on the way from chosen receiver i to sample
+ * k (transmission.cl), and the results of one colour begin at `out_at`. */
 #include "shared/factor.cl"
 
 uint receiver_of(__global const uint* active, uint chosen, uint i) { return chosen ? active[i] : i; }
@@ -43,12 +46,13 @@ __kernel void exact_factors(__global const REAL* shooter, uint plane, __global c
 }
 
 /* The sampled estimators: A/n sum cos cos / (pi r^2 + disk) over the samples whose bit in masks is 0 (all of them when
- * !masked); disk = A is the paper's, A/n Wallace's. dense: results go to out[receiver], else to out[i]. */
+ * !masked); disk = A is the paper's, A/n Wallace's. dense: results go to out[receiver], else to out[i]. Chosen receivers
+ * first .. count - 1. */
 __kernel void disk_factors(__global const REAL* shooter, uint plane, __global const CLRAD_POINT_T* receivers,
                            __global const uint* active, uint chosen, __global const CLRAD_POINT_T* samples, uint n,
-                           REAL disk, __global const uint* masks, uint masked, __global REAL* out, uint dense,
-                           uint count) {
-  const uint i = get_global_id(0);
+                           REAL disk, __global const uint* masks, uint masked, uint glass, __global const REAL* passes,
+                           ulong passes_at, __global REAL* out, ulong out_at, uint dense, uint first, uint count) {
+  const uint i = first + get_global_id(0);
   if (i >= count) return;
   const uint receiver = receiver_of(active, chosen, i);
   const CLRAD_POINT_T p = receivers[receiver];
@@ -62,20 +66,22 @@ __kernel void disk_factors(__global const REAL* shooter, uint plane, __global co
     for (uint k = 32 * w; k < end; k++) {
       const clrad_vector r = from_to(p, samples[k]);
       const REAL r2 = squared_distance(r), z = clrad_dot(normal_of(p), r);
-      if (z > 0 && !(mask >> (k & 31) & 1)) block += z * height / (r2 * (CLRAD_PI * r2 + disk));
+      const REAL passed = glass ? passes[passes_at + (ulong)(i - first) * n + k] : (REAL)1;
+      if (z > 0 && !(mask >> (k & 31) & 1)) block += z * height / (r2 * (CLRAD_PI * r2 + disk)) * passed;
     }
     sum += block;
   }
-  out[dense ? receiver : i] = sum * (shooter[CLRAD_SHOOTER_AREA] / (REAL)n);
+  out[out_at + (dense ? receiver : i)] = sum * (shooter[CLRAD_SHOOTER_AREA] / (REAL)n);
 }
 
 /* column[receiver] = F x visible fraction, in which a sample weighs z / r^4: its own kernel, without the distance from the
  * shooter's plane, which all samples share. undecided[i] = 1 where F > 0 but no sample is above the horizon. */
 __kernel void visible_factors(__global const REAL* shooter, __global const CLRAD_POINT_T* receivers,
                               __global const uint* active, uint chosen, __global const CLRAD_POINT_T* samples, uint n,
-                              __global const uint* masks, __global const REAL* factors, __global REAL* column,
-                              __global uint* undecided, uint count) {
-  const uint i = get_global_id(0);
+                              __global const uint* masks, __global const REAL* factors, uint glass,
+                              __global const REAL* passes, ulong passes_at, __global REAL* column, ulong out_at,
+                              __global uint* undecided, uint first, uint count) {
+  const uint i = first + get_global_id(0);
   if (i >= count) return;
   const uint receiver = receiver_of(active, chosen, i);
   const CLRAD_POINT_T p = receivers[receiver];
@@ -91,12 +97,13 @@ __kernel void visible_factors(__global const REAL* shooter, __global const CLRAD
       const REAL r2 = squared_distance(r), z = clrad_dot(normal_of(p), r);
       const REAL weight = z > 0 ? (z / r2) * (area / r2) : 0;
       block += weight;
-      block_visible += mask >> (k & 31) & 1 ? 0 : weight;
+      const REAL passed = glass ? passes[passes_at + (ulong)(i - first) * n + k] : (REAL)1;
+      block_visible += mask >> (k & 31) & 1 ? 0 : weight * passed;
     }
     all += block;
     visible += block_visible;
   }
-  column[receiver] = all > 0 ? factor * (visible / all) : 0;
+  column[out_at + receiver] = all > 0 ? factor * (visible / all) : 0;
   undecided[i] = factor > 0 && !(all > 0);
 }
 
@@ -126,8 +133,9 @@ __kernel void aim_undecided(__global const REAL* shooter, uint plane, __global c
 }
 
 __kernel void decide(__global const uint* active, uint chosen, __global const uint* list, __global const uint* masks,
-                     __global const REAL* factors, __global REAL* column, uint count) {
+                     __global const REAL* factors, uint glass, __global const REAL* passes, ulong passes_at,
+                     __global REAL* column, ulong out_at, uint count) {
   const uint k = get_global_id(0);
   if (k >= count || (masks[k] & 1)) return;
-  column[receiver_of(active, chosen, list[k])] = factors[list[k]];
+  column[out_at + receiver_of(active, chosen, list[k])] = factors[list[k]] * (glass ? passes[passes_at + k] : (REAL)1);
 }

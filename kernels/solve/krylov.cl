@@ -11,7 +11,7 @@
 
 #define BLOCK 1024u
 
-__kernel void apply(__global const REAL* columns, __global const uint* patch_of_slot, __global const uint* slot_of,
+__kernel void apply(__global const REAL* columns, uint colours, __global const uint* patch_of_slot, __global const uint* slot_of,
                     uint slots, __global const REAL* loss, __global const REAL* coupling,
                     __global const REAL* vector, ulong at, __global REAL* image, uint patches, uint bands) {
   const uint i = get_global_id(0);
@@ -23,9 +23,10 @@ __kernel void apply(__global const REAL* columns, __global const uint* patch_of_
     return;
   }
   const REAL own = of_band[p];
+  const uint colour = i / patches % colours;
   REAL sum = 0, lost = 0;
   for (uint s = 0; s < slots; ++s)
-    clrad_add(&sum, &lost, columns[(ulong)s * patches + p] * (own - of_band[patch_of_slot[s]]));
+    clrad_add(&sum, &lost, columns[((ulong)s * colours + colour) * patches + p] * (own - of_band[patch_of_slot[s]]));
   image[i] = loss[i] * own + coupling[i] * sum;
 }
 

@@ -5,7 +5,7 @@
  *   H += fade F shot (B_near / B_mean - 1),  B_near = sum F_e B_e / sum F_e  over the shooter's elements,
  * with F the kept column (so what is hidden stays hidden) and F_e unoccluded. B_e is that of the element's exposed part, and near by
  * it varies over the element as its corners do: otherwise a receiver at its edge would see stairs. A piece that is covered has
- * B_e < 0 and is left out. Arrays: radiosity[b * nodes + node], slopes[3 (b * nodes + node) + ..], shot[b * patches + patch].
+ * B_e < 0 and is left out. Columns are [colour][vertex] as in deliver.cl. Arrays: radiosity[b * nodes + node], slopes[3 (b * nodes + node) + ..], shot[b * patches + patch].
  *
  * keep_near clears the flags of receivers that are not that near: where a column was not kept, it is traced at the others. */
 #include "shared/factor.cl"
@@ -98,7 +98,7 @@ __kernel void keep_near(__global const CLRAD_POINT_T* receivers, __global const 
   flags[i] = box_distance2(box + 6 * patch, receivers[first + i]) < reach * reach;
 }
 
-__kernel void near_field(__global const CLRAD_POINT_T* receivers, __global const REAL* column,
+__kernel void near_field(__global const CLRAD_POINT_T* receivers, __global const REAL* column, uint colours,
                          __global const REAL* shooters, uint first_node, uint elements, __global const REAL* radiosity,
                          __global const REAL* slopes, uint nodes, __global const REAL* mean_radiosity,
                          __global const REAL* shot, uint patch, uint patches,
@@ -106,8 +106,9 @@ __kernel void near_field(__global const CLRAD_POINT_T* receivers, __global const
                          uint bands) {
   const uint v = first + get_global_id(0);
   if (v >= vertices) return;
-  const REAL f = column[v];
-  if (f == 0) return;
+  int reached = 0;
+  for (uint c = 0; c < colours; c++) reached |= column[(ulong)c * vertices + v] != 0;
+  if (!reached) return;
   const CLRAD_POINT_T p = receivers[v];
   const REAL d2 = box_distance2(box + 6 * patch, p);
   if (d2 >= reach * reach) return;
@@ -132,6 +133,6 @@ __kernel void near_field(__global const CLRAD_POINT_T* receivers, __global const
     const REAL average = mean_radiosity[b * patches + patch];
     if (average > 0)
       irradiance[(ulong)b * vertices + v] +=
-          fade * f * shot[b * patches + patch] * (sum[b] / (all * average) - 1);
+          fade * column[(ulong)(b % colours) * vertices + v] * shot[b * patches + patch] * (sum[b] / (all * average) - 1);
   }
 }

@@ -151,10 +151,10 @@ __kernel void mark_elements(__global const REAL* irradiance, __global const REAL
   verdict[e] = result;
 }
 
-__kernel void interpolate_new(__global REAL* values, __global const uint* parents, uint first, uint vertices) {
+__kernel void interpolate_new(__global REAL* values, ulong at, __global const uint* parents, uint first, uint vertices) {
   const uint i = get_global_id(0);
   if (first + i >= vertices) return;
   REAL sum = 0;
-  for (int k = 0; k < 4; k++) sum += values[parents[4 * i + k]];
-  values[first + i] = sum / 4;
+  for (int k = 0; k < 4; k++) sum += values[at + parents[4 * i + k]];
+  values[at + first + i] = sum / 4;
 }

@@ -130,43 +130,47 @@ __kernel void sensor_rays(__global const CLRAD_POINT_T* sensors, __global const 
 
 /* Visible share of each pair, by its rays' kernels, and its variance: p (1 - p) times the sum of squared shares of the
  * rays, what independent rays would give (theirs are stratified, so this is on the safe side); one ray says little about
- * p, which is then taken as 1/2. */
+ * p, which is then taken as 1/2. With `glass`, passes[k + at] of each ray gets through (transmission.cl); shares of a ray in
+ * [0, 1] vary less than all or nothing of the same mean. */
 __kernel void sensor_visible(__global const uint* ray_offsets, __global const REAL* kernel_of,
-                             __global const uint* masks, __global const REAL* factor, __global REAL* visible,
-                             __global REAL* variance, uint pairs) {
+                             __global const uint* masks, uint glass, __global const REAL* passes, ulong passes_at, __global const REAL* factor, __global REAL* visible,
+                             __global REAL* variance, ulong out_at, uint pairs) {
   const uint i = get_global_id(0);
   if (i >= pairs) return;
   REAL seen = 0, all = 0, squares = 0;
   const uint rays = ray_offsets[i + 1] - ray_offsets[i];
-  uint open_rays = 0;
+  REAL open_rays = 0;
   for (uint k = ray_offsets[i]; k < ray_offsets[i + 1]; k++) {
     const REAL w = kernel_of[k];
     all += w;
     squares += w * w;
     if (!(masks[k] & 1)) {
-      seen += w;
-      open_rays++;
+      const REAL passed = glass ? passes[passes_at + k] : (REAL)1;
+      seen += w * passed;
+      open_rays += passed;
     }
   }
   const REAL f = factor[i];
   /* A sliver above the horizon that no ray's end lies in: the rays to the rest of the node speak for it. */
-  const REAL p = all > 0 ? seen / all : rays > 0 ? (REAL)open_rays / rays : 0;
-  visible[i] = f * p;
-  variance[i] = f * f * (rays < 2 || !(all > 0) ? CLRAD_R(0.25) : p * (1 - p) * squares / (all * all));
+  const REAL p = all > 0 ? seen / all : rays > 0 ? open_rays / rays : 0;
+  visible[out_at + i] = f * p;
+  variance[out_at + i] = f * f * (rays < 2 || !(all > 0) ? CLRAD_R(0.25) : p * (1 - p) * squares / (all * all));
 }
 
-/* H and its variance: one work-item a (sensor, band), over the sensor's pairs in order. */
-__kernel void sensor_sum(__global const uint* pair_offsets, __global const uint* node, __global const REAL* visible,
+/* H and its variance: one work-item a (sensor, band), over the sensor's pairs in order. visible and variance are
+ * [colour][pair] as the columns of deliver.cl. */
+__kernel void sensor_sum(uint colours, uint pairs, __global const uint* pair_offsets, __global const uint* node, __global const REAL* visible,
                          __global const REAL* variance, __global const REAL* radiosity, __global REAL* irradiance,
                          __global REAL* error, uint first, uint count, uint patches, uint nodes, uint bands) {
   const uint i = get_global_id(0);
   if (i >= count * bands) return;
   const uint sensor = i / bands, band = i % bands;
+  const ulong of_colour = (ulong)(band % colours) * pairs;
   REAL sum = 0, lost = 0, squares = 0;
   for (uint k = pair_offsets[sensor * patches]; k < pair_offsets[(sensor + 1) * patches]; k++) {
     const REAL b = radiosity[(ulong)band * nodes + node[k]];
-    clrad_add(&sum, &lost, b * visible[k]);
-    squares += b * b * variance[k];
+    clrad_add(&sum, &lost, b * visible[of_colour + k]);
+    squares += b * b * variance[of_colour + k];
   }
   irradiance[(first + sensor) * bands + band] = sum;
   error[(first + sensor) * bands + band] = sqrt(squares);

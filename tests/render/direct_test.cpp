@@ -1,6 +1,7 @@
 // Direct light alone: the ray tracer that the radiosity picture is compared with.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <numbers>
 
 #include "oracle/point_factor.hpp"
@@ -164,6 +165,29 @@ TEST(Whitted, SameBitsWhateverWorkGroupMemoryOrEngine) {
   direct.whitted = true;
   const Solution solution = test::solution(scene, 0.5, [](auto, auto, auto&) { return 99.0; });
   EXPECT_EQ(render(test::device(), solution, camera, direct).radiance, first.radiance);
+}
+
+// A pane of index 1 over the camera takes its share of each band and throws no shadow. A float's roundings: of the product, and
+// of a picture's sum.
+TEST(Whitted, LightPassesGlass) {
+  Scene scene =
+      lit({floor_at(0), lamp(1), polygon({{-2, 0.95, -2}, {2, 0.95, -2}, {2, 0.95, 2}, {-2, 0.95, 2}}, 4)});
+  scene.bands = {"a", "b"};
+  scene.materials = {test::material(2, 0.5), test::material(2, 0, 10 * pi), test::material(2, 0),
+                     test::material(2, 0), test::material(2, 0)};
+  const auto picture = [&](double a, double b) {
+    scene.materials[4].transmission = {a, b}, scene.materials[4].ior = 1;
+    return render_whitted(test::device(), scene, view({0.1, 0.9, 0.2}, {0.2, 0, 0}, 1.6),
+                          {.width = 24, .height = 16, .samples_per_pixel = 1})
+        .radiance;
+  };
+  const auto clear = picture(1, 1), tinted = picture(0.5, 0.125);
+  for (std::size_t i = 0; i < clear.size(); i += 2) {
+    EXPECT_NEAR(tinted[i], 0.5 * clear[i], 1e-6 * clear[i]);
+    EXPECT_NEAR(tinted[i + 1], 0.125 * clear[i + 1], 1e-6 * clear[i + 1]);
+    EXPECT_EQ(clear[i], clear[i + 1]);
+  }
+  EXPECT_GT(*std::max_element(clear.begin(), clear.end()), 0.1f);
 }
 
 TEST(Whitted, ImpossibleSampleCountsAreRefused) {

@@ -236,7 +236,8 @@ TEST(Progressive, BadOptionsAreUsageErrors) {
   refused([](SolveOptions& o) { o.adaptive.min_projected_area_px = 1; });
 }
 
-// To the solve, mirrors and glass are opaque surfaces of their diffuse part; the report says what that leaves out.
+// To the solve, mirrors, and glass with nothing behind it, are surfaces of their diffuse part; the report says what that leaves
+// out.
 TEST(Progressive, MirrorsAndGlassReflectTheirDiffusePartAndTheReportSaysSo) {
   Scene scene = oracle::box_scene({1, 1, 1}, {0.5}, {1.0});
   Device device;
@@ -246,7 +247,7 @@ TEST(Progressive, MirrorsAndGlassReflectTheirDiffusePartAndTheReportSaysSo) {
   const Solution glass = solve(device, scene, one_patch_a_face(1, 4));
   EXPECT_EQ(glass.vertex_irradiance, plain.vertex_irradiance);
   ASSERT_EQ(glass.report.warnings.size(), 1u);
-  EXPECT_NE(glass.report.warnings[0].find("mirrors or through glass is not solved"), std::string::npos);
+  EXPECT_NE(glass.report.warnings[0].find("by way of mirrors is not solved"), std::string::npos);
 }
 
 }  // namespace
