@@ -18,6 +18,7 @@ constexpr Planner planners[] = {
     {"occlusion", plan_occlusion},
     {"interreflection", plan_interreflection},
     {"subdivision", plan_subdivision},
+    {"lights", plan_lights},
     {"specular", plan_specular},
 };
 

@@ -138,7 +138,13 @@ Solution solve_bands(Device& device, const Scene& scene, const SolveOptions& opt
   solution.report.seconds.build = since(start);
   const auto shooting = Clock::now();
   Run run{state, solution, triangles, shooting};
-  if (resumed) resumed->read_state(run);
+  if (runs(effects, "lights")) state.direct = std::make_unique<LitByLights>(state, solution.frame, planes);
+  if (resumed) {
+    resumed->read_state(run);
+    light_resumed(state);
+  } else {
+    light_first(state);
+  }
   resumed.reset();
   run.next_checkpoint = run.seconds() + options.checkpoint_every_s;
   // Without interreflection there is no linear system to gather through.
@@ -156,7 +162,8 @@ Solution solve_bands(Device& device, const Scene& scene, const SolveOptions& opt
     gather_near_field(state, solution);
     solution.vertex_irradiance = state.vertex_irradiance.download();
   }
-  solution.sensors = gather_at_sensors(device, solution, planes, *engine, options);
+  solution.sensors = gather_at_sensors(device, solution, planes, *engine, options,
+                                       state.direct ? &state.direct->lights : nullptr);
   solution.report.seconds.solve = since(shooting);
 
   Report& report = solution.report;
@@ -171,6 +178,7 @@ Solution solve_bands(Device& device, const Scene& scene, const SolveOptions& opt
   account_energy(state, solution);
   check_invariants(state, solution);
   judge_rows(state, solution);
+  if (state.direct) warn_of_lights(*state.direct, report.warnings);
   if (has_specular(scene))
     report.warnings.emplace_back(
         "diffuse light that arrives by way of mirrors or through glass is not solved: to the solve they "
