@@ -23,11 +23,16 @@ Effect plan_lights(const Scene& scene, const SolveOptions&) {
     const auto& exitance = scene.materials[p.material].emitted_exitance;
     return std::any_of(exitance.begin(), exitance.end(), [](double e) { return e > 0; });
   });
+  std::vector<std::string> kinds;
+  const auto name = [&](PunctualLight::Kind kind, const char* word) {
+    if (const auto n = count(kind); n > 0)
+      kinds.push_back(fmt::format("{} {} light{}", n, word, n == 1 ? "" : "s"));
+  };
+  name(PunctualLight::Kind::point, "point"), name(PunctualLight::Kind::spot, "spot"),
+      name(PunctualLight::Kind::directional, "directional");
   effect.reason = fmt::format(
-      "{} point, {} spot and {} directional lights shine beside {} polygons that emit: each sends one ray to "
-      "every vertex that faces it",
-      count(PunctualLight::Kind::point), count(PunctualLight::Kind::spot),
-      count(PunctualLight::Kind::directional), emits);
+      "there {} {} beside {} of {} polygons that emit: one ray from every vertex that faces it to each light",
+      scene.lights.size() == 1 ? "is" : "are", fmt::join(kinds, ", "), emits, scene.polygons.size());
   const bool dark = std::all_of(scene.lights.begin(), scene.lights.end(), [](const PunctualLight& l) {
     return std::all_of(l.intensity.begin(), l.intensity.end(), [](double i) { return i == 0; });
   });

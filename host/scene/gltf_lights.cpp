@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "scene/gltf_geometry.hpp"
+#include "scene/read_file.hpp"
 
 namespace clrad {
 namespace {
@@ -51,7 +52,8 @@ PunctualLight::Kind kind_of(const std::string& type) {
   if (type == "point") return PunctualLight::Kind::point;
   if (type == "spot") return PunctualLight::Kind::spot;
   if (type == "directional") return PunctualLight::Kind::directional;
-  bad_light(fmt::format("its light is of type \"{}\"; there are point, spot and directional", type));
+  bad_light(
+      fmt::format("its light is of type \"{}\"; there are point, spot and directional", one_line(type)));
 }
 
 void read_cone(const tinygltf::SpotLight& spot, PunctualLight& light, RawScene& scene) {

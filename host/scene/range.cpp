@@ -26,18 +26,19 @@ void check_lights(const Scene& scene, std::vector<Diagnostic>& findings) {
       if (intensity == 0 || (there >= smallest_exitance && there <= largest_exitance)) continue;
       findings.push_back(
           {Severity::error, "light-intensity", light.where,
-           fmt::format("light \"{}\" has intensity {:.3g}; in a scene of this size clrad solves 0 and from "
-                       "{:.2g} to {:.2g}; is --unit right?",
-                       light.name, intensity, smallest_exitance * (directional ? 1 : unit),
-                       largest_exitance * (directional ? 1 : unit))});
+           fmt::format(
+               "its light has intensity {:.3g}; in a scene of this size clrad solves 0 and from {:.2g} "
+               "to {:.2g}; is --unit right?",
+               intensity, smallest_exitance * (directional ? 1 : unit),
+               largest_exitance * (directional ? 1 : unit))});
       break;
     }
     const glm::dvec3 at = glm::abs(frame.to_frame(light.position_m));
     if (!directional && !(std::max({at.x, at.y, at.z}) <= farthest_light))
       findings.push_back({Severity::error, "light-position", light.where,
-                          fmt::format("light \"{}\" is more than {:.3g} m from the middle of the scene; a "
+                          fmt::format("its light is more than {:.3g} m from the middle of the scene; a "
                                       "directional light shines from that far; is --unit right?",
-                                      light.name, farthest_light * frame.metres())});
+                                      farthest_light * frame.metres())});
   }
 }
 
