@@ -142,7 +142,9 @@ TEST(LightsInSolve, SpotLightFadesBetweenItsCones) {
           return std::abs(angle - 0.6) < 1e-6 ? -1 : irradiance_by(light, x, n);
         },
         precision);
-  EXPECT_GT(inside, 20), EXPECT_GT(between, 100), EXPECT_GT(outside, 100);
+  EXPECT_GT(inside, 20);
+  EXPECT_GT(between, 100);
+  EXPECT_GT(outside, 100);
 }
 
 TEST(LightsInSolve, SharpSpotLight) {
@@ -185,7 +187,8 @@ TEST(LightsInSolve, ShadowsAreExact) {
           return edge < 0.25 ? 0.0 : irradiance_by(light, x, n);
         },
         Precision::float32);
-    EXPECT_GT(dark, 10), EXPECT_GT(lit, 100);
+    EXPECT_GT(dark, 10);
+    EXPECT_GT(lit, 100);
   }
 }
 
@@ -211,7 +214,8 @@ TEST(LightsInSolve, LightOnASurfaceIsInFrontOfIt) {
       Precision::float32);
   const Solution s = solve(test::device(), scene, meshed(0.5, 0.125));
   for (std::size_t v = 0; v < s.mesh.receivers.size(); ++v) {
-    if (s.mesh.receivers[v].surface != 0) EXPECT_EQ(s.vertex_irradiance[v], 0);
+    if (s.mesh.receivers[v].surface == 0) continue;
+    EXPECT_EQ(s.vertex_irradiance[v], 0);
   }
   ASSERT_EQ(s.report.warnings.size(), 1u);
   EXPECT_NE(s.report.warnings[0].find("lies on a surface"), std::string::npos);
@@ -479,7 +483,8 @@ TEST(KeldyshCube, CentreAndCornerConverge) {
       before[k] = error;
     }
   }
-  EXPECT_LT(before[0], 0.01 * best[0]), EXPECT_LT(before[1], 0.01 * best[1]);
+  EXPECT_LT(before[0], 0.01 * best[0]);
+  EXPECT_LT(before[1], 0.01 * best[1]);
 }
 
 }  // namespace
