@@ -54,10 +54,17 @@ std::string obstacle(const Scene& scene, const SolveOptions& options) {
     for (std::uint32_t k = 0; k < p.corners; ++k) points.push_back(frame.to_frame(p.corner[k]));
   const std::size_t corners = points.size();
   for (const Sensor& s : options.sensors) points.push_back(frame.to_frame(s.position_m));
+  for (const PunctualLight& l : scene.lights)
+    if (l.kind != PunctualLight::Kind::directional) points.push_back(frame.to_frame(l.position_m));
   // A corner that is behind one plane is often behind many: it is asked first.
   std::size_t suspect = 0;
   double tests = 0;
   for (const Side& side : sides) {
+    // Light that comes in through a wall's back.
+    for (const PunctualLight& l : scene.lights)
+      if (l.kind == PunctualLight::Kind::directional && glm::dot(l.direction, side.normal) > 0)
+        return fmt::format("the polygon at {} turns its back to a directional light: it may throw a shadow",
+                           scene.polygons[side.polygon].where.text());
     std::optional<std::size_t> found;
     if (side.behind(points[suspect])) found = suspect;
     for (std::size_t i = 0; i < points.size() && !found; ++i)
@@ -68,6 +75,8 @@ std::string obstacle(const Scene& scene, const SolveOptions& options) {
     if (!found) continue;
     suspect = *found;
     const std::string where = scene.polygons[side.polygon].where.text();
+    if (suspect >= corners + options.sensors.size())
+      return fmt::format("a light is behind the polygon at {}, which may hide it", where);
     if (suspect >= corners)
       return fmt::format("sensor {} is behind the polygon at {}, which may hide light from it",
                          suspect - corners + 1, where);

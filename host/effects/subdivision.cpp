@@ -28,7 +28,7 @@ Effect plan_subdivision(const Scene& scene, const SolveOptions& options) {
     return effect;
   }
   // Where every row of form factors sums to 1, B = E / (1 - rho) solves B = E + rho F B.
-  if (!scene.polygons.empty() && is_uniform(scene) && find_enclosure(scene).closed) {
+  if (!scene.polygons.empty() && scene.lights.empty() && is_uniform(scene) && find_enclosure(scene).closed) {
     effect.needed = false;
     effect.skip_error_relative = 0;
     effect.reason = "a closed room whose surfaces all emit and reflect alike is equally bright everywhere";

@@ -71,6 +71,7 @@ void irradiate_vertices(SolveState& state, std::uint32_t first) {
 
 // state.patch_emitted is what patches emit of their own.
 void reflect_direct(SolveState& state) {
+  if (!state.interreflection) return;
   LitByLights& direct = *state.direct;
   state.device.run(lights_kernels, "reflect_direct", direct.patch.size(), direct.patch, state.patch_rho,
                    state.patch_emitted, std::uint32_t(direct.patch.size()));
