@@ -53,16 +53,24 @@ std::vector<double> band_factors(const Scene& scene) {
     if (!all_equal(m->reflectance) || !all_equal(m->transmission)) return {};
     for (std::size_t b = 0; b < bands; ++b) sum[b] = std::max(sum[b], m->emitted_exitance[b]);
   }
+  for (const PunctualLight& l : scene.lights)
+    for (std::size_t b = 0; b < bands; ++b) sum[b] = std::max(sum[b], l.intensity[b]);
   const auto best = std::size_t(std::max_element(sum.begin(), sum.end()) - sum.begin());
   const double most = sum[best];
   std::vector<double> factors(bands, 1);
   if (most > 0)
     for (std::size_t b = 0; b < bands; ++b) factors[b] = sum[b] / most;
-  for (const Material* m : used)
+  const auto follows = [&](const std::vector<double>& emission) {
     for (std::size_t b = 0; b < bands; ++b) {
-      const double expected = factors[b] * m->emitted_exitance[best];
-      if (!(std::abs(m->emitted_exitance[b] - expected) <= proportional * expected)) return {};
+      const double expected = factors[b] * emission[best];
+      if (!(std::abs(emission[b] - expected) <= proportional * expected)) return false;
     }
+    return true;
+  };
+  for (const Material* m : used)
+    if (!follows(m->emitted_exitance)) return {};
+  for (const PunctualLight& l : scene.lights)
+    if (!follows(l.intensity)) return {};
   return factors;
 }
 
@@ -75,6 +83,7 @@ Scene one_band(const Scene& scene, const std::vector<double>& factors) {
   one.bands = {scene.bands[best]};
   for (Material& m : one.materials)
     keep(m.reflectance), keep(m.emitted_exitance), keep(m.specular), keep(m.transmission);
+  for (PunctualLight& l : one.lights) keep(l.intensity);
   return one;
 }
 
@@ -88,6 +97,7 @@ Scene without_colour(const Scene& scene) {
   grey.bands = {"grey"};
   for (Material& m : grey.materials)
     mean(m.reflectance), mean(m.emitted_exitance), mean(m.specular), mean(m.transmission);
+  for (PunctualLight& l : grey.lights) mean(l.intensity);
   return grey;
 }
 

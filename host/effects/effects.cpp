@@ -18,6 +18,7 @@ constexpr Planner planners[] = {
     {"occlusion", plan_occlusion},
     {"interreflection", plan_interreflection},
     {"subdivision", plan_subdivision},
+    {"lights", plan_lights},
     {"near_field", plan_near_field},
     {"transmission", plan_transmission},
     {"specular", plan_specular},

@@ -12,6 +12,7 @@ Effect plan_colour(const Scene& scene, const SolveOptions& options);
 Effect plan_occlusion(const Scene& scene, const SolveOptions& options);
 Effect plan_interreflection(const Scene& scene, const SolveOptions& options);
 Effect plan_subdivision(const Scene& scene, const SolveOptions& options);
+Effect plan_lights(const Scene& scene, const SolveOptions& options);
 Effect plan_near_field(const Scene& scene, const SolveOptions& options);
 Effect plan_specular(const Scene& scene, const SolveOptions& options);
 Effect plan_transmission(const Scene& scene, const SolveOptions& options);

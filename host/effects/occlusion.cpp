@@ -6,6 +6,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <map>
+#include <numeric>
 #include <optional>
 #include <span>
 
@@ -46,12 +47,14 @@ std::vector<Side> sides_of(const Scene& scene, const Frame& frame) {
   return sides;
 }
 
-// Corners of all polygons, then sensors [frame].
+// Corners of all polygons, then sensors, then lights [frame].
 std::vector<glm::dvec3> points_of(const Scene& scene, const SolveOptions& options, const Frame& frame) {
   std::vector<glm::dvec3> points;
   for (const Polygon& p : scene.polygons)
     for (std::uint32_t k = 0; k < p.corners; ++k) points.push_back(frame.to_frame(p.corner[k]));
   for (const Sensor& s : options.sensors) points.push_back(frame.to_frame(s.position_m));
+  for (const PunctualLight& l : scene.lights)
+    if (l.kind != PunctualLight::Kind::directional) points.push_back(frame.to_frame(l.position_m));
   return points;
 }
 
@@ -82,6 +85,12 @@ std::optional<Obstacle> find_obstacle(std::span<const Side> sides, const std::ve
 std::string obstacle(const Scene& scene, const SolveOptions& options) {
   const Frame frame = frame_of(scene);
   const std::vector<glm::dvec3> points = points_of(scene, options, frame);
+  // Light that comes in through a wall's back.
+  for (const PunctualLight& l : scene.lights)
+    for (const Polygon& p : scene.polygons)
+      if (l.kind == PunctualLight::Kind::directional && glm::dot(l.direction, p.normal()) > 0)
+        return fmt::format("the polygon at {} turns its back to a directional light: it may throw a shadow",
+                           p.where.text());
   // Most scenes show at once that they are not convex; planes that many polygons share are found only for those that do not.
   std::vector<Side> sides;
   for (std::uint32_t p = 0; p < scene.polygons.size(); ++p)
@@ -96,7 +105,10 @@ std::string obstacle(const Scene& scene, const SolveOptions& options) {
   }
   if (!found) return {};
   const std::string where = scene.polygons[found->polygon].where.text();
-  const std::size_t corners = points.size() - options.sensors.size();
+  const auto corners = std::size_t(std::accumulate(
+      scene.polygons.begin(), scene.polygons.end(), 0u, [](std::uint32_t n, const Polygon& p) { return n + p.corners; }));
+  if (found->point >= corners + options.sensors.size())
+    return fmt::format("a light is behind the polygon at {}, which may hide it", where);
   if (found->point >= corners)
     return fmt::format("sensor {} is behind the polygon at {}, which may hide light from it",
                        found->point - corners + 1, where);

@@ -7,7 +7,7 @@
 namespace clrad {
 
 bool is_uniform_enclosure(const Scene& scene) {
-  if (scene.polygons.empty()) return false;
+  if (scene.polygons.empty() || !scene.lights.empty()) return false;
   const Material& first = scene.materials[scene.polygons.front().material];
   const bool uniform = std::all_of(scene.polygons.begin(), scene.polygons.end(), [&](const Polygon& p) {
     const Material& m = scene.materials[p.material];

@@ -216,6 +216,15 @@ bool consistent(const Material& m, std::size_t bands) {
          std::isfinite(m.ior);
 }
 
+bool consistent(const PunctualLight& light, std::size_t bands) {
+  return light.kind <= PunctualLight::Kind::directional && is_finite(light.position_m) &&
+         is_finite(light.direction) && light.intensity.size() == bands &&
+         std::all_of(light.intensity.begin(), light.intensity.end(),
+                     [](double i) { return i >= 0 && std::isfinite(i); }) &&
+         light.inner_cone_rad >= 0 && light.inner_cone_rad <= light.outer_cone_rad &&
+         light.outer_cone_rad < 1.6;
+}
+
 bool consistent(const Scene& scene) {
   return scene.quantity <= Quantity::photometric &&
          std::all_of(scene.materials.begin(), scene.materials.end(),
@@ -229,6 +238,8 @@ bool consistent(const Scene& scene) {
                        return is_finite(c.eye) && is_finite(c.target) && is_finite(c.up) &&
                               c.vertical_field_of_view_rad > 0 && c.vertical_field_of_view_rad < 3.2;
                      }) &&
+         std::all_of(scene.lights.begin(), scene.lights.end(),
+                     [&](const PunctualLight& l) { return consistent(l, scene.bands.size()); }) &&
          std::all_of(scene.diagnostics.begin(), scene.diagnostics.end(),
                      [](const Diagnostic& d) { return d.severity <= Diagnostic::Severity::error; });
 }
@@ -236,7 +247,7 @@ bool consistent(const Scene& scene) {
 }  // namespace
 
 void add_scene(ArchiveWriter& archive, const Scene& scene) {
-  const auto& [file, quantity, bands, materials, polygons, cameras, diagnostics] = scene;
+  const auto& [file, quantity, bands, materials, polygons, cameras, diagnostics, lights] = scene;
   std::map<std::string, std::uint32_t> numbers;
   std::vector<std::string> list;
   const auto listed = [&](const std::string& text) {
@@ -257,6 +268,7 @@ void add_scene(ArchiveWriter& archive, const Scene& scene) {
                              {"materials", put(materials)},
                              {"cameras", put(cameras)},
                              {"diagnostics", put(diagnostics)},
+                             {"lights", put(lights)},
                              {"texts", put(list)}});
 }
 
@@ -268,7 +280,7 @@ Scene read_scene(ArchiveReader& archive) {
     get(json.at("file"), scene.file), get(json.at("quantity"), scene.quantity);
     get(json.at("bands"), scene.bands), get(json.at("materials"), scene.materials);
     get(json.at("cameras"), scene.cameras), get(json.at("diagnostics"), scene.diagnostics);
-    get(json.at("texts"), list);
+    get(json.at("lights"), scene.lights), get(json.at("texts"), list);
   } catch (const nlohmann::json::exception& e) {
     archive.fail(fmt::format("section 'scene' cannot be understood: {}", e.what()));
   }

@@ -42,6 +42,14 @@ void visit_fields(Visit& visit, M& camera) {
   visit("vertical_field_of_view_rad", vertical_field_of_view_rad);
 }
 
+template <class Visit, OneOf<PunctualLight> M>
+void visit_fields(Visit& visit, M& light) {
+  auto& [name, kind, position_m, direction, intensity, inner_cone_rad, outer_cone_rad, where] = light;
+  visit("name", name), visit("kind", kind);
+  visit("position_m", position_m), visit("direction", direction), visit("intensity", intensity);
+  visit("inner_cone_rad", inner_cone_rad), visit("outer_cone_rad", outer_cone_rad), visit("where", where);
+}
+
 template <class Visit, OneOf<Diagnostic> M>
 void visit_fields(Visit& visit, M& diagnostic) {
   auto& [severity, rule, where, message] = diagnostic;

@@ -1,11 +1,13 @@
 #include <algorithm>
 #include <glm/geometric.hpp>
 #include <memory>
+#include <optional>
 
 #include "clrad/primitives.hpp"
 #include "device/grow.hpp"
 #include "render/render.hpp"
 #include "solve/form_factor.hpp"
+#include "solve/lights.hpp"
 #include "solve/transmission.hpp"
 
 namespace clrad {
@@ -57,6 +59,7 @@ class DirectLight {
     }
     exitance_ = RealArray(device, exitance, "emitted exitance");
     reflectance_ = RealArray(device, reflectance, "reflectance");
+    if (!scene.lights.empty()) punctual_.emplace(device, scene, frame, planes, glass_.get());
     if (!lights_.empty()) light_exitance_ = RealArray(device, light_exitance, "the lights' exitance");
   }
 
@@ -64,7 +67,7 @@ class DirectLight {
     grow(flags_, device_, rays.count, "lit points"), grow(lit_, device_, rays.count, "lit points");
     device_.run(direct_kernels, "start_direct", rays.count, rays.origins, rays.targets, seen, rays.count,
                 surfaces_.polygons, exitance_, reflectance_, bands_, shown, flags_);
-    if (lights_.empty()) return;
+    if (lights_.empty() && !punctual_) return;
     const std::uint32_t count = compact(device_, flags_.buffer(), rays.count, lit_.buffer());
     if (count == 0) return;
     grow(receivers_, device_, count, "lit points"), grow(active_, device_, count, "lit points");
@@ -77,6 +80,7 @@ class DirectLight {
       device_.run(direct_kernels, "add_light", count, seen, lit_, count, column_, column_.size() / colours_,
                   colours_, light_exitance_, light, reflectance_, bands_, shown);
     }
+    if (punctual_) add_punctual(seen, count, shown);
   }
 
   std::uint64_t bytes_per_ray(Precision precision, std::uint32_t samples) const {
@@ -89,6 +93,16 @@ class DirectLight {
     Shooter shooter;
     PointArray samples;
   };
+
+  void add_punctual(const Array<std::uint32_t>& seen, std::uint32_t count, Array<float>& shown) {
+    const auto stage = device_.stage("light from point, spot and directional lights");
+    const std::uint64_t values = std::uint64_t(bands_) * count;
+    RealArray irradiance(device_, values, "light from lights"), lost(device_, values, "light from lights");
+    irradiance.fill_zero(), lost.fill_zero();
+    punctual_->irradiate(*engine_, receivers_, nullptr, 0, count, irradiance, lost, count);
+    device_.run(direct_kernels, "add_irradiance", count, seen, lit_, count, irradiance, reflectance_, bands_,
+                shown);
+  }
 
   // column_ = form factor x visible fraction of the light (x what glass lets pass, [colour][receiver]) at each receiver.
   void find_column(const Light& light, std::uint32_t count) {
@@ -114,6 +128,7 @@ class DirectLight {
   std::uint32_t bands_, samples_;
   PlaceTables places_;
   std::vector<Light> lights_;
+  std::optional<Lights> punctual_;
   RealArray exitance_, reflectance_, light_exitance_, factors_, column_;
   PointArray receivers_;
   Array<std::uint32_t> flags_, lit_, active_, masks_;

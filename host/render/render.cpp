@@ -9,6 +9,7 @@
 #include "render/reflect.hpp"
 #include "scene/planes.hpp"
 #include "scene/range.hpp"
+#include "solve/sensor.hpp"
 
 namespace clrad {
 namespace {
@@ -199,7 +200,7 @@ Image render(Device& device, const Solution& solution, const Camera& camera, con
 
 Image render_whitted(Device& device, const Scene& scene, const Camera& camera, const ImageOptions& options) {
   require_range(scene);
-  const Frame frame = frame_of(scene);
+  const Frame frame = frame_with_sensors(scene, {});
   const auto triangles = occluder_triangles(scene, frame, plane_ids(scene));
   const auto engine = make_engine("shaft", device, triangles);
   return render_whitted_through(device, *engine, triangles, scene, frame, camera, options);

@@ -14,6 +14,7 @@
 
 #include "output/json_depth.hpp"
 #include "scene/gltf_geometry.hpp"
+#include "scene/gltf_lights.hpp"
 #include "scene/quads.hpp"
 #include "scene/read_file.hpp"
 
@@ -131,6 +132,7 @@ class Reader {
   void check_extensions() {
     for (const std::string& name : model_.extensionsRequired) {
       if (name.starts_with("KHR_materials_") || name.starts_with("KHR_texture_")) continue;
+      if (name == "KHR_lights_punctual") continue;
       add(Severity::error, "extension", "",
           fmt::format("needs extension {}, which is not read; export without it", name));
     }
@@ -220,9 +222,19 @@ class Reader {
       const glm::dmat4 world = visit.parent * transform_of(node);
       if (node.mesh >= 0) read_mesh(node, world, item);
       if (node.camera >= 0) read_camera(node, world, item);
+      read_light_of(node, world, item);
       for (auto child = node.children.rbegin(); child != node.children.rend(); ++child) {
         waiting.push_back({*child, world, item});
       }
+    }
+  }
+
+  void read_light_of(const tinygltf::Node& node, const glm::dmat4& world, const std::string& item) {
+    try {
+      if (auto light = read_light(model_, node, world, {scene_.file, 0, item}, scene_))
+        scene_.lights.push_back(std::move(*light));
+    } catch (const GltfFault& fault) {
+      add(Severity::error, fault.rule.c_str(), item, fault.what());
     }
   }
 

@@ -15,6 +15,33 @@ namespace {
 
 using Severity = Diagnostic::Severity;
 
+// What the light brings to a surface at one frame unit is held to the limits of what surfaces emit, as are its powers then.
+void check_lights(const Scene& scene, std::vector<Diagnostic>& findings) {
+  const Frame frame = frame_of(scene);
+  const double unit = frame.metres() * frame.metres();
+  for (const PunctualLight& light : scene.lights) {
+    const bool directional = light.kind == PunctualLight::Kind::directional;
+    for (const double intensity : light.intensity) {
+      const double there = directional ? intensity : intensity / unit;
+      if (intensity == 0 || (there >= smallest_exitance && there <= largest_exitance)) continue;
+      findings.push_back(
+          {Severity::error, "light-intensity", light.where,
+           fmt::format(
+               "its light has intensity {:.3g}; in a scene of this size clrad solves 0 and from {:.2g} "
+               "to {:.2g}; is --unit right?",
+               intensity, smallest_exitance * (directional ? 1 : unit),
+               largest_exitance * (directional ? 1 : unit))});
+      break;
+    }
+    const glm::dvec3 at = glm::abs(frame.to_frame(light.position_m));
+    if (!directional && !(std::max({at.x, at.y, at.z}) <= farthest_light))
+      findings.push_back({Severity::error, "light-position", light.where,
+                          fmt::format("its light is more than {:.3g} m from the middle of the scene; a "
+                                      "directional light shines from that far; is --unit right?",
+                                      farthest_light * frame.metres())});
+  }
+}
+
 }  // namespace
 
 void check_range(const Scene& scene, std::vector<Diagnostic>& findings) {
@@ -48,6 +75,7 @@ void check_range(const Scene& scene, std::vector<Diagnostic>& findings) {
                                     m.name, *bad / std::numbers::pi, smallest_exitance / std::numbers::pi,
                                     largest_exitance / std::numbers::pi)});
   }
+  check_lights(scene, findings);
 }
 
 void require_range(const Scene& scene) {

@@ -14,7 +14,12 @@ namespace clrad {
 constexpr double smallest_extent_m = 1e-10, largest_extent_m = 1e10;
 constexpr double smallest_exitance = 1e-10, largest_exitance = 1e15;  ///< of what emits [W/m^2 or lm/m^2]
 
-/// Adds an error for the scene's extent (rule "extent") and each emission (rule "emission") outside these.
+/// Point and spot lights stand within this many frame units of the scene's middle: 0.5 to 1 million times its longest side.
+constexpr double farthest_light = 0x1p20;
+
+/// Adds an error for the scene's extent (rule "extent") and each emission (rule "emission") outside these, and for lights:
+/// rule "light-intensity" where I / (frame unit)^2, or the irradiance of a directional one, is outside the range of
+/// exitances, rule "light-position" where one is too far away.
 void check_range(const Scene& scene, std::vector<Diagnostic>& findings);
 
 /// Throws InputError of the first of these.

@@ -25,6 +25,7 @@ struct RawScene {
   std::vector<glm::dvec3> corners;  ///< in file units
   std::vector<RawFace> faces;       ///< file order
   std::vector<Diagnostic> diagnostics;
+  std::vector<PunctualLight> lights;  ///< three bands; positions in file units
 
   void add(Diagnostic::Severity severity, std::string rule, SourceLocation where, std::string message) {
     diagnostics.push_back({severity, std::move(rule), std::move(where), std::move(message)});

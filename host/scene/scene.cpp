@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <clrad/error.hpp>
 #include <clrad/scene.hpp>
+#include <cmath>
 #include <glm/geometric.hpp>
+#include <numbers>
 
 #include "scene/gltf.hpp"
 #include "scene/obj.hpp"
@@ -52,6 +54,15 @@ bool Material::is_glass() const {
 
 bool Material::is_mirror() const {
   return any_positive(specular) && !is_glass();
+}
+
+double PunctualLight::solid_angle_sr() const {
+  constexpr double pi = std::numbers::pi;
+  if (kind == Kind::directional) return 0;
+  if (kind == Kind::point) return 4 * pi;
+  // 2 pi of the integral over c = cos a of 1 from cos inner to 1 and of the squared ramp below it.
+  const double inner = std::cos(inner_cone_rad), outer = std::cos(outer_cone_rad);
+  return 2 * pi * ((1 - inner) + (inner - outer) / 3);
 }
 
 bool has_specular(const Scene& scene) {

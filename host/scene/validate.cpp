@@ -91,15 +91,18 @@ void repair_specular(Material& material, std::vector<Diagnostic>& findings) {
   }
 }
 
-// One band is enough where no material tells the three apart.
+// One band is enough where no material and no light tells the three apart.
 void choose_bands(Scene& scene) {
   const auto grey = [](const std::vector<double>& v) { return v.empty() || (v[0] == v[1] && v[1] == v[2]); };
   const bool all_grey = std::all_of(scene.materials.begin(), scene.materials.end(), [&](const Material& m) {
     return grey(m.reflectance) && grey(m.emitted_exitance) && grey(m.specular) && grey(m.transmission);
   });
+  const bool all_lights_grey = std::all_of(scene.lights.begin(), scene.lights.end(),
+                                           [&](const PunctualLight& l) { return grey(l.intensity); });
   scene.bands = {"red", "green", "blue"};
-  if (!all_grey) return;
+  if (!all_grey || !all_lights_grey) return;
   scene.bands = {"grey"};
+  for (PunctualLight& light : scene.lights) light.intensity.resize(1);
   for (Material& material : scene.materials) {
     material.reflectance.resize(1);
     material.emitted_exitance.resize(1);
@@ -227,11 +230,31 @@ void check_emitters(Scene& scene) {
     const auto& exitance = scene.materials[polygon.material].emitted_exitance;
     return std::any_of(exitance.begin(), exitance.end(), [](double e) { return e > 0; });
   });
-  if (any || scene.polygons.empty()) return;
+  const bool any_light = std::any_of(scene.lights.begin(), scene.lights.end(), [](const PunctualLight& l) {
+    return std::any_of(l.intensity.begin(), l.intensity.end(), [](double i) { return i > 0; });
+  });
+  if (any || any_light || scene.polygons.empty()) return;
   scene.diagnostics.push_back({Severity::warning,
                                "no-emitter",
                                {scene.file, 0, ""},
-                               "no polygon emits light: the scene is black; give a material an emission"});
+                               "no polygon emits light and there is no other light: the scene is black; give "
+                               "a material an emission"});
+}
+
+// Lengths are scaled; candela and lux are what they are whatever the unit of length.
+void place_lights(Scene& scene, double unit_m) {
+  for (PunctualLight& light : scene.lights) {
+    light.position_m = light.position_m * unit_m + 0.0;  // + 0: no negative zero
+    const bool anywhere = light.kind == PunctualLight::Kind::directional;
+    for (int k = 0; k < 3 && !anywhere; ++k)
+      if (!(std::abs(light.position_m[k]) <= kLargestCoordinate_m)) {
+        scene.diagnostics.push_back(
+            {Severity::error, "coordinate", light.where,
+             fmt::format("coordinate {} of its light is {}; coordinates are finite and at most {:.0e} m",
+                         "xyz"[k], light.position_m[k], kLargestCoordinate_m)});
+        break;
+      }
+  }
 }
 
 }  // namespace
@@ -255,6 +278,7 @@ Scene validate(RawScene raw, double unit_m) {
   scene.materials = std::move(raw.materials);
   scene.cameras = std::move(raw.cameras);
   scene.diagnostics = std::move(raw.diagnostics);
+  scene.lights = std::move(raw.lights);
   check_materials(scene, scene.diagnostics);
   for (Material& material : scene.materials) repair_specular(material, scene.diagnostics);
   choose_bands(scene);
@@ -262,6 +286,7 @@ Scene validate(RawScene raw, double unit_m) {
     camera.eye *= unit_m;
     camera.target *= unit_m;
   }
+  place_lights(scene, unit_m);
   for (glm::dvec3& corner : raw.corners) corner = corner * unit_m + 0.0;  // + 0: no negative zero
   scene.polygons.reserve(raw.faces.size());
   for (const RawFace& face : raw.faces) {

@@ -9,7 +9,7 @@
 /// specular-share        repair    with the diffuse share they pass 1 in a band: both are scaled to what that leaves
 /// ior                   repair    an index of refraction below 1, or not a number: 1.5 is used
 /// too-few-corners       error     a face has fewer than three corners
-/// coordinate            error     a coordinate is not finite, or beyond 1e100 m
+/// coordinate            error     a coordinate of a corner or light is not finite, or beyond 1e100 m
 /// self-intersecting     error     the sides of a face cross (a bow tie)
 /// degenerate-face       repair    all corners on one line, within 4 ulp of the largest coordinate: dropped
 /// repeated-corner       repair    a corner equals the one before it: left out
@@ -20,11 +20,13 @@
 /// many-corners          repair    more than four corners: cut into triangles, best-shaped ear first
 /// duplicate-face        warning   the corners of an earlier polygon again, facing the same way
 /// orientation           warning   a polygon faces against the others of its connected surface
-/// inside-out            warning   a closed surface faces inward though empty, or outward though it holds all
-/// others overlap               warning   (check only) a polygon lies on an earlier one of its plane that
-/// faces the same way open-edges            warning   (check only) sides used by one polygon alone: count and
-/// the first five no-polygons           error     nothing is left no-emitter            warning   no polygon
-/// has an emitting material
+/// inside-out            warning   a closed surface faces inward though empty, or outward though it holds all others
+/// overlap               warning   (check only) a polygon lies on an earlier one of its plane that faces the same way
+/// open-edges            warning   (check only) sides used by one polygon alone: count and the first five
+/// no-polygons           error     nothing is left
+/// no-emitter            warning   no polygon has an emitting material, and there is no light that shines
+///
+/// The readers' own rules stand where they are applied: of lights in gltf_lights.cpp, of sizes and powers in range.hpp.
 #pragma once
 #include <clrad/scene.hpp>
 

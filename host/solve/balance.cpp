@@ -181,16 +181,20 @@ void solve_kept(SolveState& state) {
 
 void restate(SolveState& state) {
   set_up_rows(state);
-  const auto stage = state.device.stage("account for what is absorbed and unshot");
-  state.device.run(balance_kernels, "balance", std::uint64_t(state.patches) * state.bands,
-                   state.patch_columns, state.colours, state.patch_of_slot_device,
-                   std::uint32_t(state.patch_of_slot.size()), state.total_shot, state.total_shot_lo,
-                   state.patch_emitted, state.loss, state.coupling, state.row_scale, state.patch_irradiance,
-                   state.patch_irradiance_lost, state.unshot, state.unshot_lost, state.patches, state.bands);
+  {
+    const auto stage = state.device.stage("account for what is absorbed and unshot");
+    state.device.run(balance_kernels, "balance", std::uint64_t(state.patches) * state.bands,
+                     state.patch_columns, state.colours, state.patch_of_slot_device,
+                     std::uint32_t(state.patch_of_slot.size()), state.total_shot, state.total_shot_lo,
+                     state.patch_emitted, state.loss, state.coupling, state.row_scale, state.patch_irradiance,
+                     state.patch_irradiance_lost, state.unshot, state.unshot_lost, state.patches, state.bands);
+  }
+  add_direct_to_patches(state);
 }
 
 void close_vertices(SolveState& state) {
   if (!state.balanced || !state.closes_vertices) return;
+  hold_direct(state);
   const auto stage = state.device.stage("deliver light to the vertices");
   state.device.run(balance_kernels, "close_vertices", state.vertices, state.vertex_irradiance,
                    state.vertex_row_sum, state.covered, state.vertices, state.bands);

@@ -38,6 +38,12 @@ std::string fingerprint(const Scene& scene) {
     for (const double x : m.transmission) add_to(sum, x);
     if (m.is_glass()) add_to(sum, m.ior);
   }
+  for (const PunctualLight& l : scene.lights) {
+    add_to(sum, l.kind);
+    for (int a = 0; a < 3; ++a) add_to(sum, l.position_m[a]), add_to(sum, l.direction[a]);
+    for (const double x : l.intensity) add_to(sum, x);
+    add_to(sum, l.inner_cone_rad), add_to(sum, l.outer_cone_rad);
+  }
   return fmt::format("{:016x}", sum.value());
 }
 
@@ -107,6 +113,7 @@ void visit_sums(SolveState& state, Visit visit) {
   visit("vertex_irradiance_lost", state.vertex_irradiance_lost);
   visit("vertex_row_sum", state.vertex_row_sum);
   visit("vertex_row_sum_lost", state.vertex_row_sum_lost);
+  if (state.direct) visit("lights.vertex", state.direct->vertex);
 }
 
 // Names in a damaged file need not be UTF-8, which dump() insists on.
@@ -147,6 +154,9 @@ void write_checkpoint(const std::string& path, Run& run) {
   add_mesh(archive, state.mesh);
   archive.add("covered", state.covered_on_host);
   visit_sums(state, [&](const char* name, RealArray& array) { add_reals(archive, name, array); });
+  if (state.direct)
+    archive.add("lights.reach",
+                std::vector<std::uint8_t>(state.direct->reaches.begin(), state.direct->reaches.end()));
   archive.add("near_field", state.near_field);
   archive.add("patch_of_slot", state.patch_of_slot);
   for (std::size_t slot = 0; slot < state.patch_of_slot.size(); ++slot)
@@ -238,6 +248,10 @@ void Checkpoint::read_state(Run& run) {
   refinement.vertices_added = n.vertices_added, refinement.rays = n.refinement_rays;
 
   visit_sums(state, [&](const char* name, RealArray& array) { read_reals(archive_, name, array); });
+  if (state.direct) {
+    const auto reach = archive_.array<std::uint8_t>("lights.reach", state.direct->lights.count());
+    state.direct->reaches.assign(reach.begin(), reach.end());
+  }
   state.near_field = n.near_field;
   for (const std::uint32_t patch : n.patch_of_slot) {
     const std::uint32_t slot = state.add_slot(patch);

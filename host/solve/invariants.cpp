@@ -29,9 +29,10 @@ void account_energy(SolveState& state, Solution& solution) {
   auto& energy = solution.report.energy;
   energy.closed = state.enclosure.closed;
   const std::vector<double> unshot = state.unshot.download();
+  const std::vector<double> by_lights = emitted_by_lights(state);
   double emitted_all = 0, unaccounted_all = 0;
   for (std::uint32_t b = 0; b < state.bands; ++b) {
-    double emitted = 0, absorbed = 0, left = 0;
+    double emitted = by_lights[b], absorbed = 0, left = 0;
     for (std::uint32_t p = 0; p < state.patches; ++p) {
       const Patch& patch = state.mesh.patches[p];
       const Material& m = state.scene.materials[state.scene.polygons[patch.polygon].material];

@@ -236,8 +236,11 @@ bool refine(SolveState& state, Solution& solution, const std::vector<OccluderTri
     for (std::uint32_t v = first; v < state.vertices; ++v)
       parents.insert(parents.end(), state.mesh.parents[v].begin(), state.mesh.parents[v].end());
     if (parents.empty()) parents.assign(4, 0);
-    interpolate_to_new(state, first, Array<std::uint32_t>(state.device, parents, "parents of new vertices"));
+    const Array<std::uint32_t> parents_device(state.device, parents, "parents of new vertices");
+    light_new(state, first, &parents_device);
+    interpolate_to_new(state, first, parents_device);
   } else {
+    light_new(state, first);
     report.rays += shoot_to_new(state, first);
   }
   if (state.interreflection) restate(state);

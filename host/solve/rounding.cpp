@@ -13,6 +13,8 @@
 // F / s has twice these relative errors, but its entries still sum to 1: they act on differences of radiosity only, as
 // 2 epsilon sum F / s |B_i - B_j| + 2 alpha (B_max - B_min). Emission and the loss of a row are off by 2 u.
 //
+// What lights bring is off by what lights.cpp says, at every vertex and so in a patch's mean, which is one more row's sum.
+//
 // The patches' radiosities are solved in pairs until what is unshot, which counts as convergence, not as rounding. They
 // are off by D = A^-1 (all that, reflected): A has positive diagonal and negative other elements and is diagonally
 // dominant, so A^-1 is positive, and one more solve gives the bound. A vertex receives at most max D of it, and has a
@@ -47,6 +49,36 @@ Errors errors_of(const SolveState& state) {
   return {factor + visible + 20 * u, 24 * u, factor, u};
 }
 
+// What light from lights may be off by at any vertex, [band], and of each patch's mean, [band][patch].
+struct LightErrors {
+  std::vector<double> most, patch;
+};
+LightErrors light_errors(const SolveState& state, const Errors& error) {
+  LightErrors e{std::vector<double>(state.bands, 0.0),
+                std::vector<double>(std::size_t(state.bands) * state.patches, 0.0)};
+  if (!state.direct) return e;
+  const std::vector<double> direct = state.direct->vertex.download();
+  std::vector<double> of_vertex(direct.size()), h(state.bands);
+  for (std::size_t v = 0; v < state.vertices; ++v) {
+    if (state.covered_on_host[v]) continue;
+    for (std::size_t b = 0; b < state.bands; ++b) h[b] = direct[b * state.vertices + v];
+    const auto bound = state.direct->lights.bound(state.mesh.receivers[v].position, h, error.unit);
+    for (std::size_t b = 0; b < state.bands; ++b) {
+      of_vertex[b * state.vertices + v] = bound[b];
+      e.most[b] = std::max(e.most[b], bound[b]);
+    }
+  }
+  for (const Element& element : state.mesh.elements)
+    for (std::size_t b = 0; b < state.bands; ++b)
+      for (std::size_t k = 0; k < 4; ++k)
+        if (element.vertex[k] != 0xffffffffu) {
+          double& most = e.patch[b * state.patches + element.patch];
+          most = std::max(most, of_vertex[b * state.vertices + element.vertex[k]] +
+                                    13 * error.unit * direct[b * state.vertices + element.vertex[k]]);
+        }
+  return e;
+}
+
 // max D of one band and its area mean of irradiance.
 struct OfBand {
   double most = 0, brightest = 0, irradiance = 0;
@@ -69,6 +101,7 @@ void bound_rounding(SolveState& state, Solution& solution) {
                    state.total_shot_lo, state.coupling, spread, n, state.bands);
   const std::vector<double> differences = spread.download();
 
+  const LightErrors lights = light_errors(state, error);
   std::vector<double> source(count, 0);
   std::vector<OfBand> bands(state.bands);
   double mean_source = 0, all_area = 0;
@@ -89,7 +122,8 @@ void bound_rounding(SolveState& state, Solution& solution) {
       const double rows =
           closed ? 2 * error.relative * differences[i] + 2 * error.absolute * rho * (*high - *low)
                  : error.relative * std::max(0.0, total[i] - emitted[i]) + error.absolute * rho * *high;
-      source[i] = rows + 2 * error.unit * (emitted[i] + std::abs(loss[i]) * std::abs(total[i]));
+      source[i] = rows + 2 * error.unit * (emitted[i] + std::abs(loss[i]) * std::abs(total[i])) +
+                  (state.exposed[p] > 0 ? rho / state.exposed[p] * lights.patch[i] : 0);
       amplifies |= loss[i] < 0;
       mean_source += share * source[i], all_area += share;
     }
@@ -104,11 +138,13 @@ void bound_rounding(SolveState& state, Solution& solution) {
     for (std::size_t i = 0; i < count; ++i) bands[i / n].most = std::max(bands[i / n].most, moved[i]);
   }
   double worst = 0;
-  for (const OfBand& b : bands) {
+  for (std::size_t of = 0; of < bands.size(); ++of) {
+    const OfBand& b = bands[of];
     if (!(b.irradiance > 0)) continue;
     double bound =
         2 * error.relative + (2 * error.absolute * b.brightest + second_order * b.most) / b.irradiance;
     if (state.options.near_field) bound = 3 * bound + 4 * error.factor;
+    bound += lights.most[of] / b.irradiance;
     worst = std::max(worst, second_order * bound);
   }
   solution.report.error.parts.push_back({"rounding", bounded ? worst : INFINITY, true});

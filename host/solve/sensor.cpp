@@ -36,10 +36,24 @@ std::uint32_t plane_under(const Solution& solution, std::span<const std::uint32_
   return 0xffffffffu;
 }
 
+// irradiance[sensor * bands + band]
+void add_light_of(Lights& lights, Device& device, VisibilityEngine& engine, const PointArray& sensors,
+                  std::uint32_t bands, std::vector<double>& irradiance) {
+  const auto stage = device.stage("light from point, spot and directional lights");
+  RealArray direct(device, irradiance.size(), "light from lights"),
+      lost(device, irradiance.size(), "light from lights");
+  direct.fill_zero(), lost.fill_zero();
+  const std::uint64_t count = sensors.size();
+  lights.irradiate(engine, sensors, nullptr, 0, std::uint32_t(count), direct, lost, count);
+  const std::vector<double> by_band = direct.download();
+  for (std::uint64_t s = 0; s < count; ++s)
+    for (std::uint32_t b = 0; b < bands; ++b) irradiance[s * bands + b] += by_band[b * count + s];
+}
+
 // The frame made larger, by a power of two, until a point outside the scene is within the +-4 that visibility takes.
 // Beyond a million times the scene's size it is left as it is: the grid could not tell the scene's parts apart.
 Frame reaching(Frame frame, const glm::dvec3& world_m) {
-  constexpr double reach = 4.0;
+  constexpr double reach = 3.75;  // segments to directional lights go on from there
   constexpr int most_doublings = 20;
   for (int k = 0; k < most_doublings; ++k, ++frame.exponent) {
     const glm::dvec3 p = glm::abs(frame.to_frame(world_m));
@@ -54,12 +68,15 @@ Frame reaching(Frame frame, const glm::dvec3& world_m) {
 Frame frame_with_sensors(const Scene& scene, std::span<const Sensor> sensors) {
   Frame frame = frame_of(scene);
   for (const Sensor& sensor : sensors) frame = reaching(frame, sensor.position_m);
+  for (const PunctualLight& light : scene.lights)
+    if (light.kind != PunctualLight::Kind::directional) frame = reaching(frame, light.position_m);
   return frame;
 }
 
 std::vector<SensorResult> gather_at_sensors(Device& device, const Solution& solution,
                                             std::span<const std::uint32_t> planes, VisibilityEngine& engine,
-                                            const SolveOptions& options, const Glass* glass) {
+                                            const SolveOptions& options, const Glass* glass,
+                                            Lights* lights) {
   if (options.sensors.empty()) return {};
   const auto stage = device.stage("gather at sensors");
   std::vector<Point> points;
@@ -130,7 +147,9 @@ std::vector<SensorResult> gather_at_sensors(Device& device, const Solution& solu
                node_count, solution.bands);
   }
 
-  const auto h = irradiance.download(), e = error.download();
+  auto h = irradiance.download();
+  const auto e = error.download();
+  if (lights) add_light_of(*lights, device, engine, sensor, solution.bands, h);
   std::vector<SensorResult> results;
   for (std::uint32_t s = 0; s < sensors; ++s) {
     const auto at = std::ptrdiff_t(s) * solution.bands;

@@ -171,7 +171,13 @@ Solution solve_bands(Device& device, const Scene& scene, const SolveOptions& opt
   solution.report.seconds.build = since(start);
   const auto shooting = Clock::now();
   Run run{state, solution, triangles, shooting};
-  if (resumed) resumed->read_state(run);
+  if (runs(effects, "lights")) state.direct = std::make_unique<LitByLights>(state, solution.frame, planes);
+  if (resumed) {
+    resumed->read_state(run);
+    light_resumed(state);
+  } else {
+    light_first(state);
+  }
   resumed.reset();
   run.next_checkpoint = run.seconds() + options.checkpoint_every_s;
   // Without interreflection there is no linear system to gather through.
@@ -189,7 +195,8 @@ Solution solve_bands(Device& device, const Scene& scene, const SolveOptions& opt
     gather_near_field(state, solution);
     solution.vertex_irradiance = state.vertex_irradiance.download();
   }
-  solution.sensors = gather_at_sensors(device, solution, planes, *engine, options, glass.get());
+  solution.sensors = gather_at_sensors(device, solution, planes, *engine, options, glass.get(),
+                                       state.direct ? &state.direct->lights : nullptr);
   solution.report.seconds.solve = since(shooting);
 
   Report& report = solution.report;
@@ -205,6 +212,7 @@ Solution solve_bands(Device& device, const Scene& scene, const SolveOptions& opt
   check_invariants(state, solution);
   judge_rows(state, solution);
   warn_of_specular(state, report);
+  if (state.direct) warn_of_lights(*state.direct, report.warnings);
   report.error.parts.push_back({"convergence", solution.unshot_relative, false});
   bound_rounding(state, solution);
   note_left_out(report);

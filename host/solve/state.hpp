@@ -11,6 +11,7 @@
 #include "clrad/visibility.hpp"
 #include "mesh/gather.hpp"
 #include "scene/enclosure.hpp"
+#include "solve/lights.hpp"
 
 namespace clrad {
 
@@ -58,7 +59,10 @@ class SolveState {
   Array<float> power;                          ///< [patch], unshot power
   Array<std::uint32_t> facing, active, masks;  ///< scratch of one shoot
   RealArray factors, column;                   ///< [receiver], [colour][receiver]
-  double emitted_power = 0;                    ///< sum over patches of area x |E| over bands at first [W]
+  /// Sum over bands and patches of area x E, and of area x H by lights, at first [W]. What is unshot is measured by it.
+  double emitted_power = 0;
+  /// What lights bring, where the effect "lights" runs: in vertex and patch irradiance and, reflected, in patch_emitted.
+  std::unique_ptr<LitByLights> direct;
 
   // Kept columns. Patch columns are always kept: slot s holds F of its shooter to every patch, x what glass lets pass. Vertex columns are kept
   // while their share of the memory lasts.

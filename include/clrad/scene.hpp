@@ -50,6 +50,27 @@ struct Polygon {
   glm::dvec3 normal() const;  ///< unit length, by the right-hand rule
 };
 
+/// A light without extent, after glTF's KHR_lights_punctual. It casts sharp shadows, and the eye does not see it.
+struct PunctualLight {
+  enum class Kind { point, spot, directional };
+  std::string name;
+  Kind kind = Kind::point;
+  glm::dvec3 position_m{0, 0, 0};  ///< [m]; of no meaning for a directional light
+  glm::dvec3 direction{0, 0,
+                       -1};  ///< the way its light travels, unit length; of no meaning for a point light
+  /// Per band: luminous intensity [cd = lm/sr; W/sr in a radiometric scene], of a spot within its inner cone; of a directional
+  /// light the irradiance of a surface that faces it [lm/m^2 or W/m^2].
+  std::vector<double> intensity;
+  /// Of a spot, angles from its axis: full intensity up to the inner one, none from the outer one on, and in between
+  /// ((cos a - cos outer) / (cos inner - cos outer))^2 of it. 0 <= inner <= outer <= pi/2; a sharp edge where they are equal.
+  double inner_cone_rad = 0, outer_cone_rad = 0.78539816339744831;
+  SourceLocation where;
+
+  /// Of one candela: 4 pi of a point light, of a spot the integral over its cone [sr]. 0 of a directional light, whose power
+  /// depends on what it falls on.
+  double solid_angle_sr() const;
+};
+
 struct Camera {
   std::string name;
   glm::dvec3 eye{0, 0, 0};      ///< [m]
@@ -79,6 +100,8 @@ struct Scene {
   std::vector<Polygon> polygons;  ///< file order
   std::vector<Camera> cameras;
   std::vector<Diagnostic> diagnostics;  ///< repairs and warnings met while reading
+  std::vector<PunctualLight>
+      lights;  ///< in the quantity's unit; glTF has them in candela and lux, OBJ has none
 };
 
 struct LoadOptions {

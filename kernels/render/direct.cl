@@ -52,3 +52,15 @@ __kernel void add_light(__global const uint* seen, __global const uint* lit, uin
           (float)(reflectance[(ulong)polygon * bands + band] * lights[light * bands + band] * f);
   }
 }
+
+/* irradiance[band * count + i] at receiver i, by point, spot and directional lights. */
+__kernel void add_irradiance(__global const uint* seen, __global const uint* lit, uint count,
+                             __global const REAL* irradiance, __global const REAL* reflectance, uint bands,
+                             __global float* shown) {
+  const uint i = (uint)get_global_id(0);
+  if (i >= count) return;
+  const uint ray = lit[i], polygon = seen[ray];
+  for (uint band = 0; band < bands; ++band)
+    shown[(ulong)ray * bands + band] +=
+        (float)(reflectance[(ulong)polygon * bands + band] * irradiance[(ulong)band * count + i]);
+}

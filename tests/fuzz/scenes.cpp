@@ -1,6 +1,7 @@
 // OBJ with MTL, and glTF.
 #include <cmath>
 #include <cstring>
+#include <glm/geometric.hpp>
 
 #include "clrad/error.hpp"
 #include "clrad/frame.hpp"
@@ -29,6 +30,14 @@ void require_usable(const Scene& scene) {
       require(m.reflectance.at(b) >= 0 && m.reflectance.at(b) < 1, "a reflectance outside [0, 1)");
       require(m.emitted_exitance.at(b) >= 0 && std::isfinite(m.emitted_exitance.at(b)), "a bad emission");
     }
+  for (const PunctualLight& l : scene.lights) {
+    require(is_finite(l.position_m), "a light nowhere");
+    require(std::abs(glm::length(l.direction) - 1) < 1e-9, "a light without a direction");
+    require(l.inner_cone_rad >= 0 && l.inner_cone_rad <= l.outer_cone_rad && l.outer_cone_rad < 1.6,
+            "a bad cone");
+    for (std::size_t b = 0; b < scene.bands.size(); ++b)
+      require(l.intensity.at(b) >= 0 && std::isfinite(l.intensity.at(b)), "a bad intensity");
+  }
   for (const Camera& c : scene.cameras)
     require(is_finite(c.eye) && is_finite(c.target) && is_finite(c.up), "a camera nowhere");
   const Frame frame = frame_of(scene);

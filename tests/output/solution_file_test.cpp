@@ -22,6 +22,14 @@ Solution full_solution() {
   s.scene.cameras = {{"view", {1, 2, 3}, {0.1, 0.2, 0.3}, {0, 0, 1}, 0.9},
                      {"other", {5, 5, 5}, {1, 1, 1}, {0, 1, 0}, 1}};
   s.scene.diagnostics = {{Diagnostic::Severity::repair, "non-planar", {"a.obj", 3, "item"}, "was split"}};
+  s.scene.lights = {{"spot",
+                     PunctualLight::Kind::spot,
+                     {1, 2, 3},
+                     {0, 1, 0},
+                     {1, 2, 3},
+                     0.1,
+                     0.2,
+                     {"a.gltf", 0, "node 3"}}};
   s.mesh.patch_edge_m = 0.6, s.mesh.element_edge_m = 0.3;
   s.mesh.receivers[5].plane = 77;
   s.vertex_covered[3] = s.vertex_covered[4] = 1;
@@ -69,6 +77,17 @@ void expect_same_scene(const Scene& a, const Scene& b) {
     expect_same_bits(a.materials[m].reflectance, b.materials[m].reflectance, "reflectance");
     expect_same_bits(a.materials[m].emitted_exitance, b.materials[m].emitted_exitance, "exitance");
     EXPECT_TRUE(same(a.materials[m].where, b.materials[m].where));
+  }
+  ASSERT_EQ(a.lights.size(), b.lights.size());
+  for (std::size_t l = 0; l < a.lights.size(); ++l) {
+    EXPECT_EQ(a.lights[l].name, b.lights[l].name);
+    EXPECT_EQ(a.lights[l].kind, b.lights[l].kind);
+    EXPECT_EQ(a.lights[l].position_m, b.lights[l].position_m);
+    EXPECT_EQ(a.lights[l].direction, b.lights[l].direction);
+    expect_same_bits(a.lights[l].intensity, b.lights[l].intensity, "intensity");
+    EXPECT_EQ(a.lights[l].inner_cone_rad, b.lights[l].inner_cone_rad);
+    EXPECT_EQ(a.lights[l].outer_cone_rad, b.lights[l].outer_cone_rad);
+    EXPECT_TRUE(same(a.lights[l].where, b.lights[l].where));
   }
   ASSERT_EQ(a.polygons.size(), b.polygons.size());
   for (std::size_t p = 0; p < a.polygons.size(); ++p) {

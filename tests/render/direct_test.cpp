@@ -196,5 +196,34 @@ TEST(Whitted, ImpossibleSampleCountsAreRefused) {
                UsageError);
 }
 
+// A point light beside a lamp: I cos / r^2 more of irradiance, nothing of it in the lamp's own shadow. A point is off as
+// above, over which H changes by less than 2 I a metre at a distance of 1.
+TEST(Whitted, PointLight) {
+  Scene scene = lit({floor_at(0), lamp(0.5)});
+  scene.materials[1].emitted_exitance = {0};
+  PunctualLight light;
+  light.position_m = {0.2, 1, 0.1};
+  light.intensity = {3};
+  scene.lights = {light};
+  const Camera camera = view({0.1, 0.45, 0.2}, {0.2, 0, 0}, 1.6);
+  const Image image =
+      render_whitted(test::device(), scene, camera, {.width = 48, .height = 32, .samples_per_pixel = 1});
+  const double bound = 0.5 / pi * 3 * (1e-5 + 2 * frame_of(scene).metres() * std::ldexp(1, -17));
+  int dark = 0, bright = 0;
+  for (unsigned y = 0; y < 32; ++y)
+    for (unsigned x = 0; x < 48; ++x) {
+      const auto m = meet(scene.polygons[0], camera.eye, ray(camera, 48, 32, x + 0.5, y + 0.5));
+      if (m.inside < 1e-4) continue;
+      const glm::dvec3 to = light.position_m - m.point, hit = m.point + 0.5 * to;
+      const double edge = std::max(std::abs(hit.x), std::abs(hit.z));
+      if (std::abs(edge - 0.5) < 1e-3) continue;
+      const double h = edge < 0.5 ? 0 : 3 * to.y / std::pow(glm::length(to), 3);
+      ASSERT_NEAR(image.radiance[y * 48 + x], 0.5 / pi * h, bound) << x << ", " << y;
+      ++(edge < 0.5 ? dark : bright);
+    }
+  EXPECT_GT(dark, 50);
+  EXPECT_GT(bright, 50);
+}
+
 }  // namespace
 }  // namespace clrad

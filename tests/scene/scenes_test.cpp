@@ -105,6 +105,24 @@ TEST(SceneFiles, BlockRoom) {
   EXPECT_EQ(named(scene, "block_x_min").normal(), glm::dvec3(-1, 0, 0));
 }
 
+TEST(SceneFiles, KeldyshCube) {
+  const Scene scene = load_scene(kScenes + "/keldysh.gltf");
+  EXPECT_TRUE(scene.diagnostics.empty());
+  EXPECT_EQ(scene.quantity, Quantity::photometric);
+  EXPECT_EQ(scene.bands, std::vector<std::string>{"grey"});
+  ASSERT_EQ(scene.polygons.size(), 6u);
+  EXPECT_TRUE(is_watertight(scene));
+  for (const Polygon& p : scene.polygons) {
+    EXPECT_EQ(p.area_m2(), 100.0);
+    EXPECT_GT(glm::dot(p.normal(), glm::dvec3(5) - p.corner[0]), 0) << p.name;
+    EXPECT_EQ(scene.materials[p.material].reflectance, std::vector{2.0 / 3});
+  }
+  ASSERT_EQ(scene.lights.size(), 1u);
+  EXPECT_EQ(scene.lights[0].kind, PunctualLight::Kind::point);
+  EXPECT_EQ(scene.lights[0].position_m, glm::dvec3(5));
+  EXPECT_EQ(scene.lights[0].intensity, std::vector{50000.0});
+}
+
 TEST(SceneFiles, CubesAreClosedAndFaceInward) {
   for (const char* name : {"/furnace.obj", "/goral.obj"}) {
     const Scene scene = load_scene(kScenes + name);
