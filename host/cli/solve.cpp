@@ -16,6 +16,7 @@ struct SolveArguments {
   std::string scene, sensors, estimator = "exact", grid, solver = "progressive", closure = "auto";
   OutputArguments outputs;
   DeviceArguments device;
+  SidesArguments sides;
   SolveOptions solve;
   bool quiet = false;
 };
@@ -25,6 +26,7 @@ void add_arguments(CLI::App& verb, SolveArguments& a) {
   a.outputs.add_views_to(verb, "picture.png, scene.glb, scene.vtu, solution.clrad and report.json");
   a.outputs.add_results_to(verb);
   verb.add_option("--sensors", a.sensors, "irradiance at points: a file of `x y z nx ny nz` lines");
+  a.sides.add_to(verb);
   a.device.add_to(verb);
   verb.add_option("--seed", a.solve.seed, "of the samples' places")->capture_default_str();
   verb.add_flag("--quiet", a.quiet, "no progress, no summary");
@@ -175,7 +177,7 @@ int run_solve(SolveArguments& a) {
   check_options(a.solve);
   check_place("--checkpoint", a.solve.checkpoint);
   const auto start = std::chrono::steady_clock::now();
-  const Scene scene = load_scene(a.scene, {.unit_m = unit_m});
+  const Scene scene = load_scene(a.scene, {.unit_m = unit_m, .sides = a.sides.resolved()});
   if (!a.quiet) print_diagnostics(scene.diagnostics, stderr);
   if (!a.sensors.empty()) a.solve.sensors = load_sensors(a.sensors, unit_m);
   require_range(scene);

@@ -14,6 +14,7 @@ struct Planner {
   Effect (*plan)(const Scene&, const SolveOptions&);
 };
 constexpr Planner planners[] = {
+    {"two_sided", plan_two_sided},
     {"specular", plan_specular},
 };
 

@@ -36,6 +36,8 @@ class DirectLight {
         places_(place_tables(device, triangles, scene, frame)) {
     std::vector<std::uint32_t> planes(scene.polygons.size(), 0xffffffffu);
     for (const auto& t : triangles) planes[t.polygon] = t.plane;
+    for (std::size_t p = 0; p < scene.polygons.size(); ++p)
+      if (scene.polygons[p].back) planes[p] = planes[p - 1];
     std::vector<double> exitance, reflectance, light_exitance;
     for (std::size_t p = 0; p < scene.polygons.size(); ++p) {
       const Material& m = scene.materials[scene.polygons[p].material];

@@ -197,8 +197,9 @@ Image render(Device& device, const Solution& solution, const Camera& camera, con
   return render_through(device, *engine, triangles, solution, camera, options);
 }
 
-Image render_whitted(Device& device, const Scene& scene, const Camera& camera, const ImageOptions& options) {
-  require_range(scene);
+Image render_whitted(Device& device, const Scene& given, const Camera& camera, const ImageOptions& options) {
+  require_range(given);
+  const Scene scene = with_backs(given);
   const Frame frame = frame_of(scene);
   const auto triangles = occluder_triangles(scene, frame, plane_ids(scene));
   const auto engine = make_engine("shaft", device, triangles);

@@ -183,8 +183,10 @@ class Reader {
       if (theirs.alphaMode != "OPAQUE" && !theirs.alphaMode.empty()) {
         add(Severity::warning, "transparency-ignored", item, "it is transparent; it is taken as opaque");
       }
-      if (theirs.doubleSided) {
-        add(Severity::warning, "double-sided", item, "it is double-sided; only its front reflects and emits");
+      material.two_sided = theirs.doubleSided;
+      if (theirs.doubleSided && glass > 0) {
+        add(Severity::warning, "double-sided", item,
+            "it is double-sided glass: rays pass both of its sides, but only the front reflects diffusely");
       }
       scene_.materials.push_back(std::move(material));
     }

@@ -84,14 +84,19 @@ void write_down_options(const Device& device, const SolveOptions& o, const Mesh&
 
 }  // namespace
 
-Solution solve(Device& device, const Scene& scene, const SolveOptions& options) {
+Solution solve(Device& device, const Scene& given, const SolveOptions& options) {
   check_options(options);
-  require_range(scene);
-  require_sensors_near(scene, options.sensors);
+  require_range(given);
+  require_sensors_near(given, options.sensors);
   const auto start = Clock::now();
-  const std::vector<Effect> effects = plan_effects(scene, options);
+  const std::vector<Effect> effects = plan_effects(given, options);
   Solution solution;
-  solution.scene = scene;
+  solution.scene = given;
+  const Scene& scene = solution.scene;
+  if (runs(effects, "two_sided")) {
+    const auto stage = device.stage("give two-sided polygons their backs");
+    solution.scene = with_backs(std::move(solution.scene));
+  }
   solution.bands = std::uint32_t(scene.bands.size());
   solution.frame = frame_with_sensors(scene, options.sensors);
   const std::vector<std::uint32_t> planes = plane_ids(scene);
