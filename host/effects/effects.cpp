@@ -15,6 +15,7 @@ struct Planner {
 };
 constexpr Planner planners[] = {
     {"two_sided", plan_two_sided},
+    {"textures", plan_textures},
     {"specular", plan_specular},
 };
 

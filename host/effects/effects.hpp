@@ -7,5 +7,6 @@ namespace clrad {
 
 Effect plan_specular(const Scene& scene, const SolveOptions& options);
 Effect plan_two_sided(const Scene& scene, const SolveOptions& options);
+Effect plan_textures(const Scene& scene, const SolveOptions& options);
 
 }  // namespace clrad

@@ -18,12 +18,13 @@ Effect plan_two_sided(const Scene& scene, const SolveOptions&) {
           ? ""
           : fmt::format("; the dark insides of closed solids, {} polygons, are left out", found.dark);
   if (effect.needed) {
-    effect.reason = fmt::format(
-        "{} of {} polygons reflect and emit on both sides: each is solved as two, back to back{}",
-        found.backs.size(), fronts, inside);
+    effect.reason =
+        fmt::format("{} of {} polygons reflect and emit on both sides: each is solved as two, back to back{}",
+                    found.backs.size(), fronts, inside);
   } else {
-    effect.reason = found.dark == 0 ? "no material is two-sided: the backs of all polygons are black"
-                                    : "only closed solids are two-sided, and no light gets into them" + inside;
+    effect.reason = found.dark == 0
+                        ? "no material is two-sided: the backs of all polygons are black"
+                        : "only closed solids are two-sided, and no light gets into them" + inside;
     effect.skip_error_relative = 0;
   }
   return effect;

@@ -25,7 +25,8 @@ struct Box {
   glm::dvec3 low{std::numeric_limits<double>::infinity()}, high{-std::numeric_limits<double>::infinity()};
 
   void add(const Polygon& p) {
-    for (std::uint32_t k = 0; k < p.corners; ++k) low = glm::min(low, p.corner[k]), high = glm::max(high, p.corner[k]);
+    for (std::uint32_t k = 0; k < p.corners; ++k)
+      low = glm::min(low, p.corner[k]), high = glm::max(high, p.corner[k]);
   }
   bool overlaps(const Box& other) const {  // more than touch
     return glm::all(glm::lessThan(low, other.high)) && glm::all(glm::lessThan(other.low, high));
@@ -174,11 +175,11 @@ void check_two_sided(const Scene& scene, std::vector<Diagnostic>& findings) {
   const TwoSided found = find_two_sided(scene);
   if (found.backs.empty()) return;
   const SourceLocation& where = scene.materials[scene.polygons[found.backs.front()].material].where;
-  findings.push_back(
-      {Diagnostic::Severity::warning, "two-sided", where,
-       fmt::format("{} of {} polygons have two sides, as this material says: both reflect and emit, which takes their "
-                   "patches twice; where fronts are enough, --one-sided has these alone",
-                   found.backs.size(), scene.polygons.size())});
+  findings.push_back({Diagnostic::Severity::warning, "two-sided", where,
+                      fmt::format("{} of {} polygons have two sides, as this material says: both reflect and "
+                                  "emit, which takes their "
+                                  "patches twice; where fronts are enough, --one-sided has these alone",
+                                  found.backs.size(), scene.polygons.size())});
 }
 
 Scene with_backs(Scene scene) {

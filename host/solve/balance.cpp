@@ -26,11 +26,6 @@ constexpr double converges_well = 0.01;
 // plane it is in, is missing. (CLRAD_LEAST_ROW of balance.cl.)
 constexpr double least_row = 0.25;
 
-double reflectance(const SolveState& state, std::uint32_t band, std::uint32_t patch) {
-  return state.scene.materials[state.scene.polygons[state.mesh.patches[patch].polygon].material]
-      .reflectance[band];
-}
-
 // Row sums over the exposed part; NaN where nothing is exposed.
 std::vector<double> exposed_row_sums(const SolveState& state) {
   std::vector<double> sums(state.patches);
@@ -108,7 +103,7 @@ void set_up_rows(SolveState& state) {
     if (close) scale[p] = share / sum;
     for (std::uint32_t b = 0; b < state.bands; ++b) {
       const std::size_t i = std::size_t(b) * state.patches + p;
-      const double rho = reflectance(state, b, p);
+      const double rho = state.reflectance(b, p);
       loss[i] = share > 0 ? 1 - rho + (close ? 0 : rho * (share - sum) / share) : 1;
       coupling[i] = share > 0 ? rho / share * scale[p] : 0;
     }
@@ -120,7 +115,10 @@ void decide_closing(SolveState& state) {
   const SolveOptions& options = state.options;
   double most = 0;
   for (const Material& m : state.scene.materials)
-    for (const double rho : m.reflectance) most = std::max(most, rho);
+    for (const double rho : m.reflectance)
+      if (m.texture == no_texture) most = std::max(most, rho);
+  if (state.textured)
+    for (const double rho : state.textured->patch) most = std::max(most, rho);
   const bool much = options.closure == Closure::on || most >= reflects_much;
   state.closes_rows =
       options.closure == Closure::on || (options.closure == Closure::automatic && state.enclosure.closed &&
@@ -202,7 +200,7 @@ void judge_rows(SolveState& state, Solution& solution) {
     for (std::uint32_t b = 0; b < state.bands; ++b) {
       const std::size_t i = std::size_t(b) * state.patches + p;
       if (state.slot_of_patch[p] == 0xffffffffu) continue;
-      wrong[i] = reflectance(state, b, p) * left * std::abs(total[i]);
+      wrong[i] = state.reflectance(b, p) * left * std::abs(total[i]);
       wrong_power += area * wrong[i], power += area * total[i];
     }
   }

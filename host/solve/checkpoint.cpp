@@ -35,7 +35,14 @@ std::string fingerprint(const Scene& scene) {
   for (const Material& m : scene.materials) {
     for (const double x : m.reflectance) add_to(sum, x);
     for (const double x : m.emitted_exitance) add_to(sum, x);
+    if (m.texture != no_texture) add_to(sum, m.texture);
   }
+  for (const Texture& t : scene.textures) {
+    add_to(sum, t.width), add_to(sum, t.wrap);
+    sum.add(t.texels.data(), t.texels.size() * sizeof(float));
+  }
+  if (!scene.textures.empty())
+    for (const Polygon& p : scene.polygons) add_to(sum, p.uv);
   return fmt::format("{:016x}", sum.value());
 }
 

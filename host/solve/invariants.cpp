@@ -37,7 +37,7 @@ void account_energy(SolveState& state, Solution& solution) {
       const Material& m = state.scene.materials[state.scene.polygons[patch.polygon].material];
       const std::size_t i = std::size_t(b) * state.patches + p;
       emitted += patch.area_m2 * state.exposed[p] * m.emitted_exitance[b];
-      absorbed += patch.area_m2 * (1 - m.reflectance[b]) * solution.patch_irradiance[i];
+      absorbed += patch.area_m2 * (1 - state.reflectance(b, p)) * solution.patch_irradiance[i];
       left += patch.area_m2 * state.exposed[p] * unshot[i];
     }
     energy.emitted.push_back(emitted);

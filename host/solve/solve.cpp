@@ -10,9 +10,11 @@
 #include "clrad/solver.hpp"
 #include "mesh/average.hpp"
 #include "mesh/build.hpp"
+#include "mesh/texture.hpp"
 #include "scene/enclosure.hpp"
 #include "scene/planes.hpp"
 #include "scene/range.hpp"
+#include "scene/texture.hpp"
 #include "solve/balance.hpp"
 #include "solve/check_options.hpp"
 #include "solve/checkpoint.hpp"
@@ -93,6 +95,8 @@ Solution solve(Device& device, const Scene& given, const SolveOptions& options) 
   Solution solution;
   solution.scene = given;
   const Scene& scene = solution.scene;
+  if (has_textures(scene) && !runs(effects, "textures"))
+    solution.scene = with_mean_colours(std::move(solution.scene));
   if (runs(effects, "two_sided")) {
     const auto stage = device.stage("give two-sided polygons their backs");
     solution.scene = with_backs(std::move(solution.scene));
@@ -119,7 +123,7 @@ Solution solve(Device& device, const Scene& given, const SolveOptions& options) 
   }
 
   SolveState state(device, scene, solution.mesh, solution.bands, *engine, options, solution.vertex_covered,
-                   solution.frame.metres());
+                   solution.frame.metres(), runs(effects, "textures") ? &solution.textured : nullptr);
   state.enclosure = find_enclosure(scene);
   decide_closing(state);
   solution.report.seconds.build = since(start);
@@ -161,6 +165,8 @@ Solution solve(Device& device, const Scene& given, const SolveOptions& options) 
         "diffuse light that arrives by way of mirrors or through glass is not solved: to the solve they "
         "are opaque, and only their diffuse part reflects; pictures follow them");
   report.error.parts.push_back({"convergence", solution.unshot_relative, false});
+  if (has_textures(scene) && runs(effects, "textures"))
+    report.error.parts.push_back({"texture within patches", texture_correlation(solution), false});
   bound_rounding(state, solution);
   report.error.total_relative = NAN;  // the other parts are not estimated yet
   report.stages = device.profile();
