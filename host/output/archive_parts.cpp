@@ -229,9 +229,10 @@ bool consistent(const Scene& scene) {
                      [&](const Material& m) { return consistent(m, scene.bands.size()); }) &&
          std::all_of(scene.textures.begin(), scene.textures.end(),
                      [&](const Texture& t) { return consistent(t, scene.bands.size()); }) &&
-         std::all_of(
-             scene.materials.begin(), scene.materials.end(),
-             [&](const Material& m) { return m.texture == no_texture || m.texture < scene.textures.size(); }) &&
+         std::all_of(scene.materials.begin(), scene.materials.end(),
+                     [&](const Material& m) {
+                       return m.texture == no_texture || m.texture < scene.textures.size();
+                     }) &&
          std::all_of(scene.polygons.begin(), scene.polygons.end(),
                      [&](const Polygon& p) {
                        return (p.corners == 3 || p.corners == 4) && p.material < scene.materials.size();

@@ -72,6 +72,8 @@ Solution load_solution(const std::string& path) {
     s.textured = {shares("reflectance.element", s.mesh.elements.size()),
                   shares("reflectance.patch", s.mesh.patches.size()),
                   shares("reflectance.vertex", s.vertex_count())};
+  } else if (has_textures(s.scene)) {
+    archive.fail("its scene has textures, but their means are missing");
   }
   return s;
 }

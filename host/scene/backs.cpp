@@ -175,11 +175,12 @@ void check_two_sided(const Scene& scene, std::vector<Diagnostic>& findings) {
   const TwoSided found = find_two_sided(scene);
   if (found.backs.empty()) return;
   const SourceLocation& where = scene.materials[scene.polygons[found.backs.front()].material].where;
-  findings.push_back({Diagnostic::Severity::warning, "two-sided", where,
-                      fmt::format("{} of {} polygons have two sides, as this material says: both reflect and "
-                                  "emit, which takes their "
-                                  "patches twice; where fronts are enough, --one-sided has these alone",
-                                  found.backs.size(), scene.polygons.size())});
+  findings.push_back(
+      {Diagnostic::Severity::warning, "two-sided", where,
+       fmt::format("{} of {} polygons have two sides, those of this material among them: both sides reflect "
+                   "and emit, which takes their patches twice; where fronts are enough, --one-sided has "
+                   "these alone",
+                   found.backs.size(), scene.polygons.size())});
 }
 
 Scene with_backs(Scene scene) {

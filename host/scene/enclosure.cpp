@@ -147,10 +147,7 @@ class Prover {
  public:
   // `planes`: of the polygons of `scene`.
   Prover(const Scene& scene, const Frame& frame, std::vector<Index> planes)
-      : scene_(scene),
-        frame_(frame),
-        planes_(std::move(planes)),
-        seams_(find_seams(scene, frame_, planes_)) {
+      : scene_(scene), frame_(frame), planes_(std::move(planes)), seams_(find_seams(scene, frame_, planes_)) {
     if (!seams_.open.empty()) return;
     facets_ = facets_of(scene_, frame_, planes_, seams_.fills);
     in_plane_.resize(1 + *std::max_element(planes_.begin(), planes_.end()));

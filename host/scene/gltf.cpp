@@ -210,16 +210,27 @@ class Reader {
       add(Severity::warning, "texture-ignored", item,
           "its texture colours what it reflects diffusely alone; what it mirrors or transmits has the "
           "factor's colour");
-    uv_of_material_.resize(scene_.materials.size() + 1);
     if (dark(material.reflectance)) return;
+    named_.resize(scene_.materials.size() + 1);
+    named_.back() = {&pbr.baseColorTexture, item};
+  }
+
+  // The texture of a material that a primitive has, read when the first one asks; null without one.
+  const tinygltf::TextureInfo* use_texture(std::uint32_t material) {
+    if (material >= named_.size() || !named_[material].info) return nullptr;
+    NamedTexture& named = named_[material];
+    std::uint32_t& texture = scene_.materials[material].texture;
+    if (texture != no_texture) return named.info;
     try {
-      material.texture = texture_of(pbr.baseColorTexture.index);
-      uv_of_material_.back() = uv_map_of(pbr.baseColorTexture);
+      texture = texture_of(named.info->index);
+      return named.info;
     } catch (const GltfFault& fault) {
-      add(Severity::error, fault.rule.c_str(), item, fault.what());
+      add(Severity::error, fault.rule.c_str(), named.item, fault.what());
     } catch (const InputError& error) {
-      add(Severity::error, "texture", item, error.what());
+      add(Severity::error, "texture", named.item, error.what());
     }
+    named.info = nullptr;  // said once
+    return nullptr;
   }
 
   std::uint32_t texture_of(int index) {
@@ -365,8 +376,8 @@ class Reader {
     std::vector<std::array<glm::dvec3, 3>> triangles;
     std::vector<glm::dvec2> coordinates;
     std::vector<std::array<glm::dvec2, 3>> uv;
-    if (scene_.materials[material].texture != no_texture) {
-      const UvMap& map = uv_of_material_[material];
+    if (const tinygltf::TextureInfo* info = use_texture(material)) {
+      const UvMap map = uv_map_of(*info);
       coordinates = read_texture_coordinates(model_, primitive, map.set, positions.size());
       for (glm::dvec2& c : coordinates) c = map(c);
     }
@@ -439,7 +450,11 @@ class Reader {
   RawScene& scene_;
   const Images& images_;
   std::map<std::tuple<int, Wrap, Wrap>, std::uint32_t> textures_;
-  std::vector<UvMap> uv_of_material_;  // of the materials up to the last with a texture
+  struct NamedTexture {
+    const tinygltf::TextureInfo* info = nullptr;
+    std::string item;
+  };
+  std::vector<NamedTexture> named_;  // of the materials up to the last with a texture
   std::vector<bool> visited_;
   int default_material_ = -1;
 };

@@ -86,8 +86,29 @@ class MtlReader : public tinyobj::MaterialReader {
   bool missing() const { return missing_; }
   // The scene's material of each of the library's.
   const std::vector<std::uint32_t>& scene_material() const { return scene_material_; }
-  // Of a material with a texture.
-  const ObjUvMap& uv_map(std::uint32_t material) const { return uv_map_[material]; }
+
+  // How a face of this material lies in its texture, which is read when the first one asks; null without one.
+  const ObjUvMap* texture_of(std::uint32_t number) {
+    if (number >= named_.size() || named_[number].path.empty()) return nullptr;
+    NamedTexture& named = named_[number];
+    if (scene_.materials[number].texture != no_texture) return &named.map;
+    const auto [found, is_new] =
+        textures_.try_emplace({named.path, named.wrap}, std::uint32_t(scene_.textures.size()));
+    if (is_new) {
+      try {
+        scene_.textures.push_back(read_texture(named.path));
+        scene_.textures.back().wrap = {named.wrap, named.wrap};
+      } catch (const InputError& error) {
+        textures_.erase(found);
+        scene_.add(Severity::error, "texture", named.where,
+                   fmt::format("{}; put it there or correct the map_Kd line", error.what()));
+        named.path.clear();  // said once
+        return nullptr;
+      }
+    }
+    scene_.materials[number].texture = found->second;
+    return &named.map;
+  }
 
  private:
   std::string beside(const std::string& name) const {
@@ -163,24 +184,12 @@ class MtlReader : public tinyobj::MaterialReader {
                       m.name));
     std::string name = theirs.diffuse_texname;
     std::replace(name.begin(), name.end(), '\\', '/');
-    const std::string path = (std::filesystem::path(file).parent_path() / name).string();
-    const Wrap wrap = options.clamp ? Wrap::clamp : Wrap::repeat;
-    const auto [found, is_new] = textures_.try_emplace({path, wrap}, std::uint32_t(scene_.textures.size()));
-    if (is_new) {
-      try {
-        scene_.textures.push_back(read_texture(path));
-        scene_.textures.back().wrap = {wrap, wrap};
-      } catch (const InputError& error) {
-        textures_.erase(found);
-        scene_.add(Severity::error, "texture", where,
-                   fmt::format("{}; put it there or correct the map_Kd line", error.what()));
-        return;
-      }
-    }
-    material.texture = found->second;
-    uv_map_.resize(scene_.materials.size());
-    uv_map_.back() = {{options.origin_offset[0], options.origin_offset[1]},
-                      {options.scale[0], options.scale[1]}};
+    named_.resize(scene_.materials.size());
+    named_.back() = {
+        (std::filesystem::path(file).parent_path() / name).string(),
+        options.clamp ? Wrap::clamp : Wrap::repeat,
+        {{options.origin_offset[0], options.origin_offset[1]}, {options.scale[0], options.scale[1]}},
+        where};
   }
 
   void warn_of(const tinyobj::material_t& theirs, const MtlMaterial& m, const SourceLocation& where) {
@@ -204,7 +213,13 @@ class MtlReader : public tinyobj::MaterialReader {
   std::set<std::string> read_, names_;
   std::vector<std::uint32_t> scene_material_;
   std::map<std::pair<std::string, Wrap>, std::uint32_t> textures_;
-  std::vector<ObjUvMap> uv_map_;  // of the materials up to the last with a texture
+  struct NamedTexture {
+    std::string path;  // empty: none
+    Wrap wrap{};
+    ObjUvMap map;
+    SourceLocation where;
+  };
+  std::vector<NamedTexture> named_;  // of the materials up to the last with a texture
   bool missing_ = false;
 };
 
@@ -306,8 +321,8 @@ RawScene read_obj(const std::string& path) {
         scene.corners.push_back(
             lines.vertices.at(static_cast<std::size_t>(shape.mesh.indices[next++].vertex_index)));
       }
-      if (scene.materials[face.material].texture != no_texture)
-        read_uv(scene, lines, lines.faces[number], reader.uv_map(face.material), face);
+      if (const ObjUvMap* map = reader.texture_of(face.material))
+        read_uv(scene, lines, lines.faces[number], *map, face);
       else if (!scene.textures.empty())
         scene.uv.resize(scene.corners.size(), glm::dvec2(0));
       scene.faces.push_back(std::move(face));

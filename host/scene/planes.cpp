@@ -100,7 +100,8 @@ std::vector<std::uint32_t> plane_ids(const Scene& scene) {
 
   std::vector<std::uint32_t> order(count);
   std::iota(order.begin(), order.end(), 0u);
-  std::erase_if(order, [&](std::uint32_t p) { return scene.polygons[p].back; });  // they are in their fronts' planes
+  std::erase_if(order,
+                [&](std::uint32_t p) { return scene.polygons[p].back; });  // they are in their fronts' planes
   std::stable_sort(order.begin(), order.end(),
                    [&](std::uint32_t a, std::uint32_t b) { return facets[a].width > facets[b].width; });
 

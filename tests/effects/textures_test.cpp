@@ -75,7 +75,7 @@ TEST(Textures, AFineBoardIsItsMean) {
 
 TEST(Textures, NothingHappensWhereThereIsNone) {
   const Texture grey = clrad_test::grey_texture(2, 2, std::vector<float>(4, 0.5f));
-  Device with({}), without({}), forced({});
+  Device with, without, forced;
   const Solution textured = solve(with, cube(&grey, 1), cube_options());
   EXPECT_TRUE(textures_effect(textured.report).needed);
   EXPECT_NE(textures_effect(textured.report).reason.find("6 of 6 polygons"), std::string::npos);

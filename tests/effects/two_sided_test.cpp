@@ -89,7 +89,7 @@ TEST(TwoSided, AnEmitterEmitsOnBothSides) {
 
 // A pair of scenes: one without two-sided polygons does nothing for them, and forcing that changes no bit.
 TEST(TwoSided, NothingHappensWhereNothingIsTwoSided) {
-  Device with({}), without({}), forced({});
+  Device with, without, forced;
   const Solution two = solve(with, plate_between_lamps(true, true), plate_options());
   EXPECT_TRUE(two_sided_of(two.report).needed);
   EXPECT_NE(stage_of(two.report, backs_stage), nullptr);

@@ -263,6 +263,8 @@ TEST(SceneTexture, ObjFindings) {
   const Scene plain = load_scene(obj_with(folder, "map_Kd w.png\n", "f 1 2 3 4"));
   EXPECT_EQ(of_rule(plain.diagnostics, "no-texture-coordinates").size(), 1u);
   EXPECT_NEAR(plain.materials[plain.polygons[0].material].reflectance[0], srgb(128), 1e-7);
+  folder.write("t.mtl", "newmtl m\nKe 1 1 1\nKd 0.5 0.5 0.5\nnewmtl unused\nmap_Kd none.png\n");
+  EXPECT_EQ(load_error(folder.at("t.obj")), "") << "what no face uses is not read";
   const Scene black = load_scene(obj_with(folder, "Kd 0 0 0\nmap_Kd w.png\n"));
   EXPECT_EQ(of_rule(black.diagnostics, "texture-ignored").size(), 1u);
   EXPECT_FALSE(has_textures(black));
