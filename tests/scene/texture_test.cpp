@@ -23,7 +23,7 @@ using Bytes = std::vector<std::uint8_t>;
 // A unit square that emits, whose material has texture 0 of image `image`; `primitive` may be changed before text().
 struct TexturedSquare {
   Gltf g;
-  explicit TexturedSquare(const Json& image,
+  explicit TexturedSquare(const std::vector<std::pair<std::string, Json>>& image,
                           const std::vector<std::array<float, 2>>& uv = {{0, 0}, {1, 0}, {1, 1}, {0, 1}}) {
     const int positions = g.positions({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}});
     const int indices = g.indices(std::vector<std::uint16_t>{0, 1, 2, 0, 2, 3});
@@ -36,7 +36,9 @@ struct TexturedSquare {
                   {"metallicFactor", 0},
                   {"baseColorTexture", {{"index", 0}}}}}});
     g.json["textures"] = {{{"source", 0}}};
-    g.json["images"] = {image};
+    Json object = Json::object();
+    for (const auto& [key, value] : image) object[key] = value;
+    g.json["images"] = Json::array({object});
     g.node({{"name", "square"},
             {"mesh", g.mesh({{{"attributes", attributes}, {"indices", indices}, {"material", 0}}})}});
   }
@@ -84,7 +86,7 @@ TEST(SceneTexture, GltfImagesBesideInAndBehindTheFile) {
   const Folder folder;
   const std::string png = png_of(folder, 2, 1, 3, {255, 0, 0, 0, 128, 255});
   folder.write("my wall.png", png);
-  TexturedSquare beside({{"uri", "my%20wall.png"}}), in({{"uri", data_uri(png)}});
+  TexturedSquare beside({{"uri", Json("my%20wall.png")}}), in({{"uri", data_uri(png)}});
   // In the binary part: an accessor's bytes and no accessor.
   Gltf& g = in.g;
   TexturedSquare behind({{"bufferView", 0}, {"mimeType", "image/png"}});
@@ -171,12 +173,12 @@ TEST(SceneTexture, WhatReflectsAllLightIsRepaired) {
 TEST(SceneTexture, WrongImagesAreErrorsThatNameThem) {
   const Folder folder;
   const std::string png = png_of(folder, 8, 8, 3, Bytes(192, 77));
-  const auto error_of = [&](const Json& image) {
+  const auto error_of = [&](const std::vector<std::pair<std::string, Json>>& image) {
     return load_error(folder.write("a.gltf", TexturedSquare(image).g.text()));
   };
-  EXPECT_NE(error_of({{"uri", "missing.png"}}).find("missing.png"), std::string::npos);
-  EXPECT_NE(error_of({{"uri", "missing.png"}}).find("material \"wall\""), std::string::npos);
-  EXPECT_NE(error_of({{"uri", "../outside/wall.png"}}).find("wall.png"), std::string::npos);
+  EXPECT_NE(error_of({{"uri", std::string("missing.png")}}).find("missing.png"), std::string::npos);
+  EXPECT_NE(error_of({{"uri", std::string("missing.png")}}).find("material \"wall\""), std::string::npos);
+  EXPECT_NE(error_of({{"uri", std::string("../outside/wall.png")}}).find("wall.png"), std::string::npos);
   EXPECT_NE(error_of({{"uri", data_uri(png.substr(0, png.size() / 2))}, {"name", "torn"}}).find("torn"),
             std::string::npos);
   EXPECT_NE(error_of({{"uri", data_uri("no image at all")}}).find("image 0"), std::string::npos);
