@@ -5,9 +5,9 @@
 
 namespace clrad {
 
+// No stage is there for it alone: a back is a polygon as others are.
 Effect plan_two_sided(const Scene& scene, const SolveOptions&) {
   Effect effect;
-  effect.stages = {"give two-sided polygons their backs"};
   const TwoSided found = find_two_sided(scene);
   std::size_t fronts = 0;
   if (!found.backs.empty())

@@ -128,6 +128,10 @@ class Reader {
     }
     visited_.assign(model_.nodes.size(), false);
     for (const int root : roots) read_node(root, glm::dmat4(1.0), "the scene");
+    // Materials with a texture that no primitive has, or that cannot be read, are not judged by their factor.
+    for (std::size_t m = 0; m < named_.size(); ++m)
+      if (!named_[m].item.empty() && scene_.materials[m].texture == no_texture)
+        scene_.materials[m].reflectance.assign(3, 0.0);
   }
 
  private:

@@ -87,6 +87,13 @@ class MtlReader : public tinyobj::MaterialReader {
   // The scene's material of each of the library's.
   const std::vector<std::uint32_t>& scene_material() const { return scene_material_; }
 
+  // Materials with a texture that no face has, or that cannot be read, are not judged by their factor.
+  void put_aside_unused() {
+    for (std::size_t m = 0; m < named_.size(); ++m)
+      if (named_[m].named && scene_.materials[m].texture == no_texture)
+        scene_.materials[m].reflectance.assign(3, 0.0);
+  }
+
   // How a face of this material lies in its texture, which is read when the first one asks; null without one.
   const ObjUvMap* texture_of(std::uint32_t number) {
     if (number >= named_.size() || named_[number].path.empty()) return nullptr;
@@ -168,7 +175,7 @@ class MtlReader : public tinyobj::MaterialReader {
     if (theirs.diffuse_texname.empty() || m.texture_line == 0) return;
     Material& material = scene_.materials.back();
     const SourceLocation where{file, m.texture_line, ""};
-    if (m.reflectance_line == 0) material.reflectance.assign(3, 1.0);
+    if (m.reflectance_line == 0) material.reflectance.assign(3, 1.0);  // until put_aside_unused()
     if (std::all_of(material.reflectance.begin(), material.reflectance.end(),
                     [](double x) { return x == 0; })) {
       scene_.add(Severity::warning, "texture-ignored", where,
@@ -189,7 +196,8 @@ class MtlReader : public tinyobj::MaterialReader {
         (std::filesystem::path(file).parent_path() / name).string(),
         options.clamp ? Wrap::clamp : Wrap::repeat,
         {{options.origin_offset[0], options.origin_offset[1]}, {options.scale[0], options.scale[1]}},
-        where};
+        where,
+        true};
   }
 
   void warn_of(const tinyobj::material_t& theirs, const MtlMaterial& m, const SourceLocation& where) {
@@ -218,6 +226,7 @@ class MtlReader : public tinyobj::MaterialReader {
     Wrap wrap{};
     ObjUvMap map;
     SourceLocation where;
+    bool named = false;
   };
   std::vector<NamedTexture> named_;  // of the materials up to the last with a texture
   bool missing_ = false;
@@ -328,6 +337,7 @@ RawScene read_obj(const std::string& path) {
       scene.faces.push_back(std::move(face));
     }
   }
+  reader.put_aside_unused();
   if (number != lines.faces.size()) throw InputError(path + ": its faces cannot be told apart line by line");
   return scene;
 }

@@ -32,6 +32,13 @@ std::string reason_of(std::string text) {
   return text;
 }
 
+// The library would multiply colours by alpha, which is not used.
+OIIO::ImageSpec unassociated() {
+  OIIO::ImageSpec spec;
+  spec.attribute("oiio:UnassociatedAlpha", 1);
+  return spec;
+}
+
 Texture texture_of(OIIO::ImageInput& input, const std::string& name) {
   const OIIO::ImageSpec spec = input.spec();
   if (spec.width <= 0 || spec.height <= 0 || spec.depth > 1 || spec.nchannels <= 0)
@@ -44,7 +51,7 @@ Texture texture_of(OIIO::ImageInput& input, const std::string& name) {
                     name, spec.width, spec.height, double(count) * three_bands * sizeof(float) / 0x1p30,
                     most_texels / 1000000));
   const auto channels = std::size_t(spec.nchannels);
-  const bool integers = !spec.format.is_floating_point();
+  const bool integers = !spec.format.is_floating_point(), bytes = spec.format == OIIO::TypeDesc::UINT8;
   Texture texture;
   texture.name = name;
   texture.width = std::uint32_t(spec.width), texture.height = std::uint32_t(spec.height);
@@ -74,10 +81,9 @@ Texture texture_of(OIIO::ImageInput& input, const std::string& name) {
               fmt::format("{}: its texel in column {}, row {} is {}; reflectances are numbers from 0 to 1",
                           name, x, y, value));
         float& texel = texture.texels[(std::size_t(y) * texture.width + x) * three_bands + b];
-        const float step = value * 255;
-        texel = !integers                  ? value
-                : step == std::floor(step) ? of_byte[std::size_t(std::min(step, 255.0f))]
-                                           : float(linear_of_srgb(double(value)));
+        texel = !integers ? value
+                : bytes   ? of_byte[std::size_t(std::lround(std::min(value, 1.0f) * 255))]
+                          : float(linear_of_srgb(double(value)));
       }
   }
   return texture;
@@ -86,6 +92,12 @@ Texture texture_of(OIIO::ImageInput& input, const std::string& name) {
 std::string_view band_name(std::size_t band) {
   constexpr std::array<std::string_view, three_bands> names = {"red", "green", "blue"};
   return names[band];
+}
+
+// Of a material that no face has the factor alone would be judged, which may be 1.
+void put_aside(Material& material) {
+  material.texture = no_texture;
+  material.reflectance.assign(three_bands, 0.0);
 }
 
 // Materials that would reflect all light somewhere get a copy of their texture that does not.
@@ -170,7 +182,7 @@ void drop_unused(RawScene& raw) {
     if (on_face[m])
       used[material.texture] = true;
     else
-      material.texture = no_texture;
+      put_aside(material);
   }
   std::vector<Texture> kept;
   for (std::size_t t = 0; t < used.size(); ++t) {
@@ -186,7 +198,8 @@ void drop_unused(RawScene& raw) {
 }  // namespace
 
 Texture read_texture(const std::string& path) {
-  const auto input = OIIO::ImageInput::open(path);
+  const OIIO::ImageSpec as_stored = unassociated();
+  const auto input = OIIO::ImageInput::open(path, &as_stored);
   if (!input) throw InputError(fmt::format("{}: cannot be read as an image: {}", path, reason_of("")));
   return texture_of(*input, path);
 }
@@ -195,7 +208,8 @@ Texture decode_texture(std::string_view bytes, const std::string& name) {
   const bool jpeg = bytes.starts_with("\xFF\xD8"), png = bytes.starts_with("\x89PNG");
   OIIO::Filesystem::IOMemReader memory(const_cast<char*>(bytes.data()), bytes.size());
   const std::string as = jpeg ? "image.jpg" : png ? "image.png" : name;
-  const auto input = OIIO::ImageInput::open(as, nullptr, &memory);
+  const OIIO::ImageSpec as_stored = unassociated();
+  const auto input = OIIO::ImageInput::open(as, &as_stored, &memory);
   if (!input) throw InputError(fmt::format("{}: cannot be read as an image: {}", name, reason_of("")));
   return texture_of(*input, name);
 }

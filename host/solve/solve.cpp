@@ -97,10 +97,7 @@ Solution solve(Device& device, const Scene& given, const SolveOptions& options) 
   const Scene& scene = solution.scene;
   if (has_textures(scene) && !runs(effects, "textures"))
     solution.scene = with_mean_colours(std::move(solution.scene));
-  if (runs(effects, "two_sided")) {
-    const auto stage = device.stage("give two-sided polygons their backs");
-    solution.scene = with_backs(std::move(solution.scene));
-  }
+  if (runs(effects, "two_sided")) solution.scene = with_backs(std::move(solution.scene));
   solution.bands = std::uint32_t(scene.bands.size());
   solution.frame = frame_with_sensors(scene, options.sensors);
   const std::vector<std::uint32_t> planes = plane_ids(scene);

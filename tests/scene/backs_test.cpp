@@ -133,7 +133,7 @@ TEST(SceneBacks, InsidesOfSolidsAreDarkUnlessSomethingReachesIn) {
   add_paper_box(turned, {1, 1, 0}, {2, 2, 1});
   add_paper_box(turned, {2.1, 1, 0}, {3.1, 2, 1});
   for (std::size_t p = 6; p < turned.polygons.size(); ++p)
-    for (glm::dvec3& c : turned.polygons[p].corner) c = {c.x - c.y, c.x + c.y, c.z};
+    for (glm::dvec3& c : turned.polygons[p].corner) c = {(c.x - c.y) / 2 + 1, (c.x + c.y) / 2 - 0.5, c.z};
   EXPECT_EQ(find_two_sided(turned).dark, 12u);
 }
 
