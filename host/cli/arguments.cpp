@@ -156,6 +156,11 @@ void DeviceArguments::add_to(CLI::App& verb) {
       ->group("Tuning");
 }
 
+void SidesArguments::add_to(CLI::App& verb) {
+  CLI::Option* both = verb.add_flag("--two-sided", two, "all polygons reflect and emit on both sides");
+  verb.add_flag("--one-sided", one, "none does, whatever the file says (glTF's doubleSided)")->excludes(both);
+}
+
 DeviceOptions DeviceArguments::resolved() const {
   DeviceOptions o = options;
   o.precision = precision == "double" ? Precision::float64 : Precision::float32;

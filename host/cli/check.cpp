@@ -13,15 +13,17 @@ void add_check(CLI::App& app, Action& action) {
   struct Arguments {
     std::string scene, unit = "m";
     bool strict = false;
+    SidesArguments sides;
   };
   const auto a = std::make_shared<Arguments>();
   verb->add_option("scene", a->scene, "OBJ, glTF or GLB file")->required();
   verb->add_option("--unit", a->unit, "length of one unit of the file: mm, cm, m, in, ft or metres")
       ->capture_default_str();
+  a->sides.add_to(*verb);
   verb->add_flag("--strict", a->strict, "warnings count as errors");
   verb->callback([a, &action] {
     action = [a] {
-      const auto findings = check_scene(a->scene, {.unit_m = parse_unit(a->unit)});
+      const auto findings = check_scene(a->scene, {.unit_m = parse_unit(a->unit), .sides = a->sides.resolved()});
       print_diagnostics(findings, stdout);
       int count[3] = {0, 0, 0};
       for (const auto& d : findings) ++count[int(d.severity)];

@@ -27,6 +27,13 @@ struct DeviceArguments {
   DeviceOptions resolved() const;
 };
 
+/// --two-sided and --one-sided, for every verb that reads a scene.
+struct SidesArguments {
+  bool two = false, one = false;
+  void add_to(CLI::App& verb);
+  Sides resolved() const { return two ? Sides::two : one ? Sides::one : Sides::as_file; }
+};
+
 /// "64M", "2GiB", "1000000" -> bytes. Throws UsageError.
 std::uint64_t parse_bytes(const std::string& text);
 /// "640x480". Throws UsageError.

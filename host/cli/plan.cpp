@@ -16,6 +16,7 @@ namespace {
 
 struct PlanArguments {
   std::string scene, unit = "m", json;
+  SidesArguments sides;
   SolveArguments solve;
 };
 
@@ -106,7 +107,7 @@ int run_plan(PlanArguments& a) {
   a.solve.parse();
   check_place("--json", a.json);
   const double unit_m = parse_unit(a.unit);
-  const Scene scene = load_scene(a.scene, {.unit_m = unit_m});
+  const Scene scene = load_scene(a.scene, {.unit_m = unit_m, .sides = a.sides.resolved()});
   print_diagnostics(scene.diagnostics, stderr);
   SolveOptions& options = a.solve.options;
   if (!a.solve.sensors.empty()) options.sensors = load_sensors(a.solve.sensors, unit_m);
@@ -132,6 +133,7 @@ void add_plan(CLI::App& app, Action& action) {
   verb->add_option("--json", a->json, "write the plan here");
   verb->add_option("--unit", a->unit, "length of one unit of the file: mm, cm, m, in, ft or metres")
       ->capture_default_str();
+  a->sides.add_to(*verb);
   a->solve.add_to(*verb);
   verb->callback([a, &action] { action = [a] { return run_plan(*a); }; });
 }

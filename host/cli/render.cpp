@@ -14,13 +14,14 @@ struct RenderArguments {
   std::string solution;
   OutputArguments outputs;
   DeviceArguments device;
+  SidesArguments sides;
   bool quiet = false;
 };
 
 // A picture straight from a scene.
 int run_whitted(RenderArguments& a) {
   if (a.outputs.image.empty()) throw UsageError("--whitted draws a picture: name it with --image");
-  const Scene scene = load_scene(a.solution, {.unit_m = parse_unit(a.outputs.unit)});
+  const Scene scene = load_scene(a.solution, {.unit_m = parse_unit(a.outputs.unit), .sides = a.sides.resolved()});
   if (!a.quiet) print_diagnostics(scene.diagnostics, stderr);
   const Camera camera = a.outputs.chosen_camera(scene);
   Device device(a.device.resolved());
@@ -35,6 +36,8 @@ int run_whitted(RenderArguments& a) {
 int run_render(RenderArguments& a) {
   a.outputs.parse();
   if (a.outputs.picture.whitted) return run_whitted(a);
+  if (a.sides.two || a.sides.one)
+    throw UsageError("--two-sided and --one-sided are of scenes; which polygons have two sides was decided when this was solved");
   if (!a.outputs.any()) throw UsageError("nothing to write; name --image, --gltf, --vtu or a folder with -o");
   Solution solution = load_solution(a.solution);
   a.outputs.chosen_camera(solution.scene);  // a wrong name is said before anything is written
@@ -66,6 +69,7 @@ void add_render(CLI::App& app, Action& action) {
   verb->add_option("--light-samples", a->outputs.picture.light_samples, "of --whitted: rays to each lamp")
       ->capture_default_str();
   a->outputs.add_views_to(*verb, "picture.png, scene.glb and scene.vtu");
+  a->sides.add_to(*verb);
   a->device.add_to(*verb);
   verb->add_flag("--quiet", a->quiet, "no progress, no summary");
   verb->callback([a, &action] { action = [a] { return run_render(*a); }; });

@@ -16,6 +16,7 @@ namespace {
 struct Arguments {
   std::string scene;
   OutputArguments outputs;
+  SidesArguments sides;
   SolveArguments solve;
   std::string compare;
   bool quiet = false;
@@ -79,7 +80,7 @@ int run_solve(Arguments& a) {
   SolveOptions& options = a.solve.options;
   check_place("--checkpoint", options.checkpoint);
   const auto start = std::chrono::steady_clock::now();
-  const Scene scene = load_scene(a.scene, {.unit_m = unit_m});
+  const Scene scene = load_scene(a.scene, {.unit_m = unit_m, .sides = a.sides.resolved()});
   if (!a.quiet) print_diagnostics(scene.diagnostics, stderr);
   if (!a.solve.sensors.empty()) options.sensors = load_sensors(a.solve.sensors, unit_m);
   require_range(scene);
@@ -135,6 +136,7 @@ void add_solve(CLI::App& app, Action& action) {
   verb->add_option("scene", a->scene, "OBJ, glTF or GLB file")->required();
   a->outputs.add_views_to(*verb, "picture.png, scene.glb, scene.vtu, solution.clrad and report.json");
   a->outputs.add_results_to(*verb);
+  a->sides.add_to(*verb);
   a->solve.add_to(*verb);
   verb->add_option(
       "--compare", a->compare,

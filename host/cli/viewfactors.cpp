@@ -41,6 +41,7 @@ constexpr double float_floor = 1e-4;
 
 struct ViewFactorArguments {
   std::string scene, output, json, unit = "m", rows = "face";
+  SidesArguments sides;
   ViewFactorOptions options;
   DeviceArguments device;
   CLI::Option* precision = nullptr;
@@ -116,7 +117,7 @@ int run_viewfactors(ViewFactorArguments& a) {
   const std::string json = json_name(a);
   const std::string ending = std::filesystem::path(a.output).extension().string();
   a.options.rows = a.rows == "object" ? ViewFactorRows::objects : ViewFactorRows::faces;
-  const Scene scene = load_scene(a.scene, {.unit_m = parse_unit(a.unit)});
+  const Scene scene = load_scene(a.scene, {.unit_m = parse_unit(a.unit), .sides = a.sides.resolved()});
   if (!a.quiet) {
     // Whether anything emits does not matter here.
     std::vector<Diagnostic> findings = scene.diagnostics;
@@ -182,6 +183,7 @@ void add_viewfactors(CLI::App& app, Action& action) {
       ->capture_default_str();
   verb->add_option("--unit", a->unit, "length of one unit of the file: mm, cm, m, in, ft or metres")
       ->capture_default_str();
+  a->sides.add_to(*verb);
   verb->add_flag("--quiet", a->quiet, "print warnings and errors only");
   a->device.precision = "double";
   a->device.add_to(*verb);

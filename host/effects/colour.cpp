@@ -17,6 +17,21 @@ bool all_equal(const std::vector<double>& values) {
   return std::all_of(values.begin(), values.end(), [&](double v) { return v == values.front(); });
 }
 
+// The same in all bands, [row][column][band].
+bool is_grey(const Texture& texture, std::size_t bands) {
+  for (std::size_t i = 0; i < texture.texels.size(); ++i)
+    if (texture.texels[i] != texture.texels[i - i % bands]) return false;
+  return true;
+}
+
+// One number a texel: of its bands what `of` makes of them.
+template <class Of>
+void narrow(Texture& texture, std::size_t bands, Of of) {
+  const std::size_t texels = texture.texels.size() / bands;
+  for (std::size_t i = 0; i < texels; ++i) texture.texels[i] = float(of(texture.texels.data() + i * bands));
+  texture.texels.resize(texels);
+}
+
 std::size_t strongest(const std::vector<double>& factors) {
   return std::size_t(std::find(factors.begin(), factors.end(), 1.0) - factors.begin());
 }
@@ -51,6 +66,7 @@ std::vector<double> band_factors(const Scene& scene) {
   std::vector<double> sum(bands, 0);
   for (const Material* m : used) {
     if (!all_equal(m->reflectance) || !all_equal(m->transmission)) return {};
+    if (m->texture != no_texture && !is_grey(scene.textures[m->texture], bands)) return {};
     for (std::size_t b = 0; b < bands; ++b) sum[b] = std::max(sum[b], m->emitted_exitance[b]);
   }
   for (const PunctualLight& l : scene.lights)
@@ -84,6 +100,8 @@ Scene one_band(const Scene& scene, const std::vector<double>& factors) {
   for (Material& m : one.materials)
     keep(m.reflectance), keep(m.emitted_exitance), keep(m.specular), keep(m.transmission);
   for (PunctualLight& l : one.lights) keep(l.intensity);
+  for (Texture& t : one.textures)
+    narrow(t, scene.bands.size(), [&](const float* bands) { return bands[best]; });
   return one;
 }
 
@@ -98,6 +116,9 @@ Scene without_colour(const Scene& scene) {
   for (Material& m : grey.materials)
     mean(m.reflectance), mean(m.emitted_exitance), mean(m.specular), mean(m.transmission);
   for (PunctualLight& l : grey.lights) mean(l.intensity);
+  const auto bands = unsigned(scene.bands.size());
+  for (Texture& t : grey.textures)
+    narrow(t, bands, [&](const float* values) { return luminance(values, bands); });
   return grey;
 }
 
@@ -106,6 +127,9 @@ void spread_over_bands(Solution& solution, const Scene& scene, const std::vector
   solution.bands = std::uint32_t(factors.size());
   solution.vertex_irradiance = rows(solution.vertex_irradiance, factors);
   solution.patch_irradiance = rows(solution.patch_irradiance, factors);
+  const std::vector<double> same(factors.size(), 1);
+  for (auto* means : {&solution.textured.element, &solution.textured.patch, &solution.textured.vertex})
+    *means = rows(*means, same);
   spread(solution.ambient, factors);
   for (SensorResult& s : solution.sensors) spread(s.irradiance, factors), spread(s.irradiance_error, factors);
   auto& energy = solution.report.energy;

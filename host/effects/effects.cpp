@@ -15,6 +15,8 @@ struct Planner {
 };
 constexpr Planner planners[] = {
     {"colour", plan_colour},
+    {"two_sided", plan_two_sided},
+    {"textures", plan_textures},
     {"occlusion", plan_occlusion},
     {"interreflection", plan_interreflection},
     {"subdivision", plan_subdivision},

@@ -16,5 +16,7 @@ Effect plan_lights(const Scene& scene, const SolveOptions& options);
 Effect plan_near_field(const Scene& scene, const SolveOptions& options);
 Effect plan_specular(const Scene& scene, const SolveOptions& options);
 Effect plan_transmission(const Scene& scene, const SolveOptions& options);
+Effect plan_two_sided(const Scene& scene, const SolveOptions& options);
+Effect plan_textures(const Scene& scene, const SolveOptions& options);
 
 }  // namespace clrad

@@ -72,7 +72,8 @@ Shoots count_shoots(const Scene& scene, const MeshCounts& counts, const SolveOpt
     while (n < 4096 && g.area / g.patches * g.emitted * options.light_samples > emitted * n) n *= 4;
     return n;
   };
-  const bool all = interreflection && closes_rows(scene, options, find_enclosure(scene).closed);
+  const bool all =
+      interreflection && closes_rows(largest_reflectance(scene), options, find_enclosure(scene).closed);
   const auto trace = [&](Group& g, double patches) {
     (g.emitted > 0 ? shoots.direct : shoots.reflected) += patches;
     shoots.rays_per_receiver += patches * samples(g);

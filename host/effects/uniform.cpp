@@ -11,7 +11,8 @@ bool is_uniform_enclosure(const Scene& scene) {
   const Material& first = scene.materials[scene.polygons.front().material];
   const bool uniform = std::all_of(scene.polygons.begin(), scene.polygons.end(), [&](const Polygon& p) {
     const Material& m = scene.materials[p.material];
-    return m.reflectance == first.reflectance && m.emitted_exitance == first.emitted_exitance;
+    return m.texture == no_texture && m.reflectance == first.reflectance &&
+           m.emitted_exitance == first.emitted_exitance;
   });
   return uniform && find_enclosure(scene).closed;
 }

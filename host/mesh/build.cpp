@@ -260,6 +260,7 @@ std::vector<OccluderTriangle> occluder_triangles(const Scene& scene, const Frame
   std::vector<OccluderTriangle> triangles;
   for (std::uint32_t p = 0; p < scene.polygons.size(); ++p) {
     const Polygon& polygon = scene.polygons[p];
+    if (polygon.back) continue;
     glm::dvec3 c[4];
     for (std::uint32_t k = 0; k < polygon.corners; ++k) c[k] = frame.to_frame(polygon.corner[k]);
     for (std::uint32_t k = 2; k < polygon.corners; ++k)

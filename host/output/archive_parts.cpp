@@ -91,7 +91,7 @@ struct ReadColumns {
 
 // Where a polygon comes from; texts are numbers in a list without repeats.
 struct PolygonOrigin {
-  std::uint32_t name, file, line, item;
+  std::uint32_t name, file, line, item, back;
 };
 
 template <class Visit, class Polygons, class Origins>
@@ -103,6 +103,7 @@ void visit_polygons(Visit& visit, Polygons& polygons, Origins& origins) {
   visit("polygon.file", origins, &PolygonOrigin::file);
   visit("polygon.line", origins, &PolygonOrigin::line);
   visit("polygon.item", origins, &PolygonOrigin::item);
+  visit("polygon.back", origins, &PolygonOrigin::back);
 }
 
 // A field that is added to one of these is to be named below.
@@ -207,6 +208,12 @@ bool are_shares(const std::vector<double>& values, std::size_t bands) {
          std::all_of(values.begin(), values.end(), [](double v) { return v >= 0 && v <= 1; });
 }
 
+bool consistent(const Texture& t, std::size_t bands) {
+  return t.width > 0 && t.height > 0 && t.wrap[0] <= Wrap::clamp && t.wrap[1] <= Wrap::clamp &&
+         t.texels.size() == std::size_t(t.width) * t.height * bands &&
+         std::all_of(t.texels.begin(), t.texels.end(), [](float x) { return x >= 0 && x <= 1; });
+}
+
 bool consistent(const Material& m, std::size_t bands) {
   return are_shares(m.reflectance, bands) && (m.specular.empty() || are_shares(m.specular, bands)) &&
          (m.transmission.empty() || are_shares(m.transmission, bands)) &&
@@ -229,6 +236,12 @@ bool consistent(const Scene& scene) {
   return scene.quantity <= Quantity::photometric &&
          std::all_of(scene.materials.begin(), scene.materials.end(),
                      [&](const Material& m) { return consistent(m, scene.bands.size()); }) &&
+         std::all_of(scene.textures.begin(), scene.textures.end(),
+                     [&](const Texture& t) { return consistent(t, scene.bands.size()); }) &&
+         std::all_of(scene.materials.begin(), scene.materials.end(),
+                     [&](const Material& m) {
+                       return m.texture == no_texture || m.texture < scene.textures.size();
+                     }) &&
          std::all_of(scene.polygons.begin(), scene.polygons.end(),
                      [&](const Polygon& p) {
                        return (p.corners == 3 || p.corners == 4) && p.material < scene.materials.size();
@@ -247,7 +260,7 @@ bool consistent(const Scene& scene) {
 }  // namespace
 
 void add_scene(ArchiveWriter& archive, const Scene& scene) {
-  const auto& [file, quantity, bands, materials, polygons, cameras, diagnostics, lights] = scene;
+  const auto& [file, quantity, bands, materials, polygons, cameras, diagnostics, lights, textures] = scene;
   std::map<std::string, std::uint32_t> numbers;
   std::vector<std::string> list;
   const auto listed = [&](const std::string& text) {
@@ -257,8 +270,8 @@ void add_scene(ArchiveWriter& archive, const Scene& scene) {
   };
   std::vector<PolygonOrigin> origins;
   for (const Polygon& p : polygons) {
-    const auto& [corner, corners, material, name, where] = p;
-    origins.push_back({listed(name), listed(where.file), where.line, listed(where.item)});
+    const auto& [corner, corners, material, name, where, back, uv] = p;
+    origins.push_back({listed(name), listed(where.file), where.line, listed(where.item), back});
   }
   AddColumns visit{archive};
   visit_polygons(visit, polygons, origins);
@@ -269,7 +282,12 @@ void add_scene(ArchiveWriter& archive, const Scene& scene) {
                              {"cameras", put(cameras)},
                              {"diagnostics", put(diagnostics)},
                              {"lights", put(lights)},
+                             {"textures", put(textures)},
                              {"texts", put(list)}});
+  if (textures.empty()) return;
+  visit("polygon.uv", polygons, &Polygon::uv);
+  for (std::size_t t = 0; t < textures.size(); ++t)
+    archive.add(fmt::format("texture.{}.texels", t), textures[t].texels);
 }
 
 Scene read_scene(ArchiveReader& archive) {
@@ -280,7 +298,8 @@ Scene read_scene(ArchiveReader& archive) {
     get(json.at("file"), scene.file), get(json.at("quantity"), scene.quantity);
     get(json.at("bands"), scene.bands), get(json.at("materials"), scene.materials);
     get(json.at("cameras"), scene.cameras), get(json.at("diagnostics"), scene.diagnostics);
-    get(json.at("lights"), scene.lights), get(json.at("texts"), list);
+    get(json.at("lights"), scene.lights);
+    get(json.at("textures"), scene.textures), get(json.at("texts"), list);
   } catch (const nlohmann::json::exception& e) {
     archive.fail(fmt::format("section 'scene' cannot be understood: {}", e.what()));
   }
@@ -295,7 +314,13 @@ Scene read_scene(ArchiveReader& archive) {
       archive.fail("a polygon's name is missing");
     scene.polygons[p].name = list[origin.name];
     scene.polygons[p].where = {list[origin.file], origin.line, list[origin.item]};
+    scene.polygons[p].back = origin.back != 0;
+    if (origin.back > 1 || (origin.back && (p == 0 || origins[p - 1].back)))
+      archive.fail("a polygon is the back of none");
   }
+  if (!scene.textures.empty()) visit("polygon.uv", scene.polygons, &Polygon::uv);
+  for (std::size_t t = 0; t < scene.textures.size(); ++t)
+    scene.textures[t].texels = archive.array<float>(fmt::format("texture.{}.texels", t));
   if (!consistent(scene)) archive.fail("the scene does not fit together");
   return scene;
 }

@@ -35,19 +35,21 @@ std::vector<Fill> next_ring(const Mesh& mesh, std::vector<std::uint8_t>& covered
   return ring;
 }
 
-}  // namespace
-
-std::vector<double> display_radiosity(const Solution& solution, bool ambient) {
+// Radiosity, or where `light_on_textures` and there is a texture, irradiance.
+std::vector<double> displayed_values(const Solution& solution, bool ambient, bool light_on_textures) {
   const std::uint32_t vertices = solution.vertex_count();
   std::vector<double> radiosity(std::size_t(solution.bands) * vertices, 0.0);
   for (std::uint32_t band = 0; band < solution.bands; ++band)
     for (std::uint32_t v = 0; v < vertices; ++v) {
       const std::uint32_t polygon = solution.mesh.receivers[v].surface;
       double& b = radiosity[std::size_t(band) * vertices + v];
+      const double more = ambient && band < solution.ambient.size() ? solution.ambient[band] : 0;
+      if (light_on_textures && solution.material_of(polygon).texture != no_texture) {
+        b = solution.vertex_irradiance[std::size_t(band) * vertices + v] + more;
+        continue;
+      }
       b = solution.vertex_radiosity(band, v, polygon);
-      if (ambient && band < solution.ambient.size())
-        b += solution.scene.materials[solution.scene.polygons[polygon].material].reflectance[band] *
-             solution.ambient[band];
+      if (more != 0) b += solution.vertex_reflectance(band, v, polygon) * more;
     }
   // Rings inwards, so that an element all of whose corners are covered, each by another block, is not black.
   std::vector<std::uint8_t> covered = solution.vertex_covered;
@@ -64,24 +66,41 @@ std::vector<double> display_radiosity(const Solution& solution, bool ambient) {
   return radiosity;
 }
 
+}  // namespace
+
+std::vector<double> display_radiosity(const Solution& solution, bool ambient) {
+  return displayed_values(solution, ambient, false);
+}
+
+std::vector<double> display_light(const Solution& solution, bool ambient) {
+  return displayed_values(solution, ambient, true);
+}
+
 std::vector<PolygonMean> polygon_means(const Solution& solution) {
   const std::size_t patches = solution.mesh.patches.size();
   std::vector<PolygonMean> means;
   for (std::size_t p = 0; p < solution.scene.polygons.size(); ++p) {
     const PolygonMesh& mesh = solution.mesh.polygons[p];
-    const Material& material = solution.scene.materials[solution.scene.polygons[p].material];
+    const Material& material = solution.material_of(std::uint32_t(p));
     PolygonMean mean;
     for (std::uint32_t i = 0; i < mesh.patches; ++i)
       mean.area_m2 += solution.mesh.patches[mesh.first_patch + i].area_m2;
     for (std::uint32_t band = 0; band < solution.bands; ++band) {
-      double power = 0;
+      double power = 0, reflected = 0;
       for (std::uint32_t i = 0; i < mesh.patches; ++i) {
         const std::size_t patch = mesh.first_patch + i;
-        power += solution.mesh.patches[patch].area_m2 * solution.patch_irradiance[band * patches + patch];
+        const double arriving =
+            solution.mesh.patches[patch].area_m2 * solution.patch_irradiance[band * patches + patch];
+        power += arriving;
+        if (material.texture != no_texture)
+          reflected += solution.patch_reflectance(band, std::uint32_t(patch)) * arriving;
       }
       const double irradiance = mean.area_m2 > 0 ? power / mean.area_m2 : 0;
       mean.irradiance.push_back(irradiance);
-      mean.radiosity.push_back(material.emitted_exitance[band] + material.reflectance[band] * irradiance);
+      mean.radiosity.push_back(material.emitted_exitance[band] +
+                               (material.texture == no_texture ? material.reflectance[band] * irradiance
+                                : mean.area_m2 > 0             ? reflected / mean.area_m2
+                                                               : 0));
     }
     means.push_back(std::move(mean));
   }

@@ -4,7 +4,8 @@ namespace clrad {
 
 Displayed::Displayed(const Solution& solution, bool ambient)
     : vertices(solution.vertex_count()),
-      radiosity(display_radiosity(solution, ambient)),
+      radiosity(solution.textured.patch.empty() ? display_radiosity(solution, ambient)
+                                                : display_light(solution, ambient)),
       edges(edges_of(solution.mesh)) {
   edge_count = edges.ends.size();
   bend = edge_bends(solution.mesh, edges, solution.vertex_covered, radiosity, solution.bands);

@@ -11,7 +11,8 @@ namespace clrad {
 /// What is interpolated: values at vertices and what edges have besides. kernels/render/shade.cl reads the same.
 struct Displayed {
   std::size_t vertices, edge_count;
-  std::vector<double> radiosity;  ///< display_radiosity(), [band][vertex] [W/m^2 or lm/m^2]
+  /// display_radiosity(), or in a solution with textures display_light(), [band][vertex] [W/m^2 or lm/m^2].
+  std::vector<double> radiosity;
   Edges edges;
   std::vector<double> bend;  ///< edge_bends(), [band][edge], the same unit
 

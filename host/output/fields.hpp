@@ -28,11 +28,20 @@ void visit_fields(Visit& visit, M& location) {
 
 template <class Visit, OneOf<Material> M>
 void visit_fields(Visit& visit, M& material) {
-  auto& [name, reflectance, emitted_exitance, where, specular, transmission, ior] = material;
+  auto& [name, reflectance, emitted_exitance, where, specular, transmission, ior, two_sided, texture] = material;
   visit("name", name);
   visit("reflectance", reflectance), visit("emitted_exitance", emitted_exitance);
   visit("specular", specular), visit("transmission", transmission), visit("ior", ior);
+  visit("two_sided", two_sided), visit("texture", texture);
   visit("where", where);
+}
+
+/// Without its texels, which are an array of their own.
+template <class Visit, OneOf<Texture> M>
+void visit_fields(Visit& visit, M& texture) {
+  auto& [name, width, height, wrap, texels] = texture;
+  visit("name", name), visit("width", width), visit("height", height);
+  visit("wrap_u", wrap[0]), visit("wrap_v", wrap[1]);
 }
 
 template <class Visit, OneOf<Camera> M>

@@ -1,6 +1,7 @@
 // A finished solution as a file, and back: what pictures, files and the report are made from.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 
@@ -14,7 +15,7 @@ void write_solution(const std::string& path, const Solution& solution) {
   if (lower_ending(path) != ".clrad")
     throw UsageError(fmt::format("cannot write {}: the ending of a solution's file is .clrad", path));
   const auto& [scene, frame, mesh, bands, vertex_irradiance, vertex_covered, patch_irradiance, sensors,
-               ambient, stopped, unshot_relative, report] = solution;
+               ambient, stopped, unshot_relative, report, textured] = solution;
   ArchiveWriter archive(path, "solution");
   add_scene(archive, scene);
   add_mesh(archive, mesh);
@@ -22,6 +23,11 @@ void write_solution(const std::string& path, const Solution& solution) {
   archive.add("vertex_covered", vertex_covered);
   archive.add("patch_irradiance", patch_irradiance);
   archive.add("ambient", ambient);
+  if (!textured.patch.empty()) {
+    archive.add("reflectance.element", textured.element);
+    archive.add("reflectance.patch", textured.patch);
+    archive.add("reflectance.vertex", textured.vertex);
+  }
   archive.add_json("solution", {{"frame", put(frame)},
                                 {"bands", bands},
                                 {"stopped", stopped},
@@ -56,6 +62,19 @@ Solution load_solution(const std::string& path) {
   s.patch_irradiance =
       archive.finite<double>("patch_irradiance", std::uint64_t(s.bands) * s.mesh.patches.size());
   s.ambient = archive.finite<double>("ambient");
+  if (archive.has("reflectance.patch")) {
+    const auto shares = [&](const std::string& name, std::size_t count) {
+      std::vector<double> values = archive.finite<double>(name, s.bands * std::uint64_t(count));
+      if (!std::all_of(values.begin(), values.end(), [](double rho) { return rho >= 0 && rho <= 1; }))
+        archive.fail("section '" + name + "' holds what is no reflectance");
+      return values;
+    };
+    s.textured = {shares("reflectance.element", s.mesh.elements.size()),
+                  shares("reflectance.patch", s.mesh.patches.size()),
+                  shares("reflectance.vertex", s.vertex_count())};
+  } else if (has_textures(s.scene)) {
+    archive.fail("its scene has textures, but their means are missing");
+  }
   return s;
 }
 

@@ -45,11 +45,17 @@ class DirectLight {
     }
     std::vector<std::uint32_t> planes(scene.polygons.size(), 0xffffffffu);
     for (const auto& t : triangles) planes[t.polygon] = t.plane;
+    for (std::size_t p = 0; p < scene.polygons.size(); ++p)
+      if (scene.polygons[p].back) planes[p] = planes[p - 1];
     std::vector<double> exitance, reflectance, light_exitance;
     for (std::size_t p = 0; p < scene.polygons.size(); ++p) {
       const Material& m = scene.materials[scene.polygons[p].material];
-      exitance.insert(exitance.end(), m.emitted_exitance.begin(), m.emitted_exitance.end());
-      reflectance.insert(reflectance.end(), m.reflectance.begin(), m.reflectance.end());
+      // Of a texture only the light that arrives is found here; see kernels/render/texture.cl.
+      const bool textured = m.texture != no_texture;
+      for (std::uint32_t b = 0; b < bands_; ++b) {
+        exitance.push_back(textured ? 0 : m.emitted_exitance[b]);
+        reflectance.push_back(textured ? 1 : m.reflectance[b]);
+      }
       if (std::none_of(m.emitted_exitance.begin(), m.emitted_exitance.end(), [](double e) { return e > 0; }))
         continue;
       light_exitance.insert(light_exitance.end(), m.emitted_exitance.begin(), m.emitted_exitance.end());

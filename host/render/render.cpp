@@ -7,6 +7,7 @@
 
 #include "mesh/build.hpp"
 #include "render/reflect.hpp"
+#include "render/texture.hpp"
 #include "scene/planes.hpp"
 #include "scene/range.hpp"
 #include "solve/sensor.hpp"
@@ -38,12 +39,13 @@ class Picture {
  public:
   Picture(Device& device, VisibilityEngine& engine, std::span<const OccluderTriangle> triangles,
           const Scene& scene, const Frame& frame, const Camera& camera, const ImageOptions& options,
-          const SurfaceTables& surfaces, const Shading& shading)
+          const SurfaceTables& surfaces, const Shading& shading, const PictureTextures* textures)
       : device_(device),
         engine_(engine),
         options_(options),
         surfaces_(surfaces),
         shading_(shading),
+        textures_(textures),
         bands_(std::uint32_t(scene.bands.size())),
         camera_(
             device,
@@ -116,6 +118,10 @@ class Picture {
       {
         const auto stage = device_.stage("shade pixels");
         shading_.shade(*rays, seen_, shown_);
+      }
+      if (textures_) textures_->apply(surfaces_, *rays, seen_, shown_);
+      {
+        const auto stage = device_.stage("shade pixels");
         add_to_pixels(device_, *rays, shown_, samples, count, bands_, radiance_);
       }
       if (!reflector_ || depth == options_.depth) return true;
@@ -144,6 +150,7 @@ class Picture {
   const ImageOptions& options_;
   const SurfaceTables& surfaces_;
   const Shading& shading_;
+  const PictureTextures* textures_;  // or null
   std::uint32_t bands_, batch_ = 1;
   RealArray camera_;
   std::optional<Reflector> reflector_;
@@ -170,9 +177,11 @@ Image render_through(Device& device, VisibilityEngine& engine, std::span<const O
   Image image = empty_image(solution.scene, options);
   const SurfaceTables surfaces = surface_tables(device, triangles, solution.scene, solution.frame);
   const Shading shading = radiosity_shading(device, surfaces, solution, options.ambient);
-  image.radiance =
-      Picture(device, engine, triangles, solution.scene, solution.frame, camera, options, surfaces, shading)
-          .draw();
+  std::optional<PictureTextures> textures;
+  if (!solution.textured.patch.empty()) textures.emplace(device, solution.scene);
+  image.radiance = Picture(device, engine, triangles, solution.scene, solution.frame, camera, options,
+                           surfaces, shading, textures ? &*textures : nullptr)
+                       .draw();
   return image;
 }
 
@@ -184,8 +193,11 @@ Image render_whitted_through(Device& device, VisibilityEngine& engine,
   const SurfaceTables surfaces = surface_tables(device, triangles, scene, frame);
   const Shading shading =
       direct_shading(device, engine, surfaces, triangles, scene, frame, options.light_samples);
-  image.radiance =
-      Picture(device, engine, triangles, scene, frame, camera, options, surfaces, shading).draw();
+  std::optional<PictureTextures> textures;
+  if (has_textures(scene)) textures.emplace(device, scene);
+  image.radiance = Picture(device, engine, triangles, scene, frame, camera, options, surfaces, shading,
+                           textures ? &*textures : nullptr)
+                       .draw();
   return image;
 }
 
@@ -198,8 +210,9 @@ Image render(Device& device, const Solution& solution, const Camera& camera, con
   return render_through(device, *engine, triangles, solution, camera, options);
 }
 
-Image render_whitted(Device& device, const Scene& scene, const Camera& camera, const ImageOptions& options) {
-  require_range(scene);
+Image render_whitted(Device& device, const Scene& given, const Camera& camera, const ImageOptions& options) {
+  require_range(given);
+  const Scene scene = with_backs(given);
   const Frame frame = frame_with_sensors(scene, {});
   const auto triangles = occluder_triangles(scene, frame, plane_ids(scene));
   const auto engine = make_engine("shaft", device, triangles);

@@ -1,7 +1,10 @@
 // Tables of the polygons for kernels/shared/surface.cl.
 #include <glm/geometric.hpp>
 
+#include <algorithm>
+
 #include "render/render.hpp"
+#include "scene/backs.hpp"
 
 namespace clrad {
 namespace {
@@ -60,7 +63,18 @@ SurfaceTables surface_tables(Device& device, std::span<const OccluderTriangle> t
   std::vector<double> polygons(polygon_reals * scene.polygons.size(), 0.0);
   for (std::size_t p = 0; p < scene.polygons.size(); ++p)
     describe(scene.polygons[p], frame, device.options().precision, &polygons[polygon_reals * p]);
-  const Layers layers = overlapping_layers(triangles, scene.polygons.size());
+  // Backs have no triangles of their own; they overlap what their fronts do, and these.
+  std::vector<OccluderTriangle> both_sides;
+  for (std::size_t p = 0; p < scene.polygons.size(); ++p)
+    if (has_back(scene, p)) polygons[polygon_reals * p + 18] = 1;
+  if (std::any_of(scene.polygons.begin(), scene.polygons.end(), [](const Polygon& p) { return p.back; }))
+    for (const OccluderTriangle& t : triangles) {
+      both_sides.push_back(t);
+      if (!has_back(scene, t.polygon)) continue;
+      both_sides.push_back(t);
+      ++both_sides.back().polygon;
+    }
+  const Layers layers = overlapping_layers(both_sides.empty() ? triangles : both_sides, scene.polygons.size());
 
   SurfaceTables tables;
   tables.polygon_of = on_device(device, polygon_of, "the picture's triangles");
@@ -80,6 +94,8 @@ PlaceTables place_tables(Device& device, std::span<const OccluderTriangle> trian
     split(corners.e2, device.options().precision, &axes[axes_reals * p + 6]);
   }
   for (const auto& t : triangles) planes[t.polygon] = t.plane;
+  for (std::size_t p = 0; p < scene.polygons.size(); ++p)
+    if (scene.polygons[p].back) planes[p] = planes[p - 1];
   return {RealArray(device, axes, "axes of the picture's polygons"),
           on_device(device, planes, "planes of the picture's polygons")};
 }

@@ -10,8 +10,10 @@
 #include <optional>
 
 #include "clrad/frame.hpp"
+#include "scene/backs.hpp"
 #include "scene/planes.hpp"
 #include "scene/seams.hpp"
+#include "scene/topology.hpp"
 
 namespace clrad {
 namespace {
@@ -143,11 +145,9 @@ std::vector<glm::dvec3> samples_of(const Facet& f) {
 
 class Prover {
  public:
-  explicit Prover(const Scene& scene)
-      : scene_(scene),
-        frame_(frame_of(scene)),
-        planes_(plane_ids(scene)),
-        seams_(find_seams(scene, frame_, planes_)) {
+  // `planes`: of the polygons of `scene`.
+  Prover(const Scene& scene, const Frame& frame, std::vector<Index> planes)
+      : scene_(scene), frame_(frame), planes_(std::move(planes)), seams_(find_seams(scene, frame_, planes_)) {
     if (!seams_.open.empty()) return;
     facets_ = facets_of(scene_, frame_, planes_, seams_.fills);
     in_plane_.resize(1 + *std::max_element(planes_.begin(), planes_.end()));
@@ -156,7 +156,34 @@ class Prover {
     for (Index i = 0; i < seams_.fills.size(); ++i) fills_in_[seams_.fills[i].plane].push_back(i);
   }
 
-  Enclosure prove() {
+  // Besides the polygons there are `sheets`, both sides of which count as fronts; theirs are the planes `sheet_planes`.
+  Enclosure prove(const std::vector<Polygon>& sheets, const std::vector<Index>& sheet_planes) {
+    const Enclosure walls = prove_walls();
+    if (!walls.closed || sheets.empty()) return walls;
+    // A ray that ends on a sheet ends on a front. Rays from a sheet have to start in the enclosed space, or carry nothing:
+    // where no wall lets light out, nothing but its own emission leaves from a sheet outside.
+    Scene only;
+    only.polygons = sheets;
+    const std::vector<Facet> facets = facets_of(only, frame_, sheet_planes, {});
+    for (std::size_t s = 0; s < sheets.size(); ++s) {
+      if (!emits(sheets[s])) continue;
+      for (const glm::dvec3& at : samples_of(facets[s])) {
+        const std::optional<int> w = winding(at, facets[s]);
+        if (!w || *w != 1)
+          return {false, fmt::format("\"{}\" at {} emits out of the enclosed space", sheets[s].name,
+                                     sheets[s].where.text())};
+      }
+    }
+    return walls;
+  }
+
+ private:
+  bool emits(const Polygon& p) const {
+    const auto& exitance = scene_.materials[p.material].emitted_exitance;
+    return std::any_of(exitance.begin(), exitance.end(), [](double e) { return e > 0; });
+  }
+
+  Enclosure prove_walls() {
     if (!seams_.open.empty()) return {false, seams_.open};
     std::vector<bool> inside(seams_.surfaces, false);
     for (Index p = 0; p < scene_.polygons.size(); ++p)
@@ -173,7 +200,6 @@ class Prover {
     return {true, ""};
   }
 
- private:
   std::string name(Index p) const {
     return fmt::format("\"{}\" at {}", scene_.polygons[p].name, scene_.polygons[p].where.text());
   }
@@ -217,7 +243,24 @@ class Prover {
 
 Enclosure find_enclosure(const Scene& scene) {
   if (scene.polygons.empty()) return {false, "there is nothing in the scene"};
-  return Prover(scene).prove();
+  const Frame frame = frame_of(scene);
+  std::vector<Index> planes = plane_ids(scene);
+  if (std::none_of(scene.polygons.begin(), scene.polygons.end(), [](const Polygon& p) { return p.back; }))
+    return Prover(scene, frame, std::move(planes)).prove({}, {});
+  // Two-sided polygons of a closed surface are walls with their fronts; of others, both sides are sheets. The backs of
+  // walls are outside, and sheets there.
+  const std::vector<Index> surface = closed_surfaces(scene);
+  Scene walls;
+  walls.materials = scene.materials;
+  std::vector<Polygon> sheets;
+  std::vector<Index> wall_planes, sheet_planes;
+  for (Index p = 0; p < scene.polygons.size(); ++p) {
+    const bool is_sheet = scene.polygons[p].back || (has_back(scene, p) && surface[p] == 0xffffffffu);
+    (is_sheet ? sheets : walls.polygons).push_back(scene.polygons[p]);
+    (is_sheet ? sheet_planes : wall_planes).push_back(planes[p]);
+  }
+  if (walls.polygons.empty()) return {false, "there are only two-sided sheets in the scene"};
+  return Prover(walls, frame, std::move(wall_planes)).prove(sheets, sheet_planes);
 }
 
 }  // namespace clrad

@@ -10,22 +10,28 @@
 #include <glm/gtc/quaternion.hpp>
 #include <glm/mat3x3.hpp>
 #include <glm/mat4x4.hpp>
+#include <map>
 #include <numbers>
+#include <tuple>
 
 #include "output/json_depth.hpp"
 #include "scene/gltf_geometry.hpp"
 #include "scene/gltf_lights.hpp"
 #include "scene/quads.hpp"
 #include "scene/read_file.hpp"
+#include "scene/texture.hpp"
 
 namespace clrad {
 namespace {
 
 using Severity = Diagnostic::Severity;
 
-// Images are not used, so they are not decoded.
-bool leave_image(tinygltf::Image*, const int, std::string*, std::string*, int, int, const unsigned char*, int,
-                 void*) {
+// Images as they come, not decoded: most of them will not be used. Their bytes by their number.
+using Images = std::map<int, std::string>;
+bool keep_image(tinygltf::Image*, const int number, std::string*, std::string*, int, int,
+                const unsigned char* bytes, int size, void* images) {
+  if (size > 0)
+    (*static_cast<Images*>(images))[number].assign(reinterpret_cast<const char*>(bytes), std::size_t(size));
   return true;
 }
 
@@ -39,7 +45,7 @@ std::string_view json_of(const std::string& bytes, bool binary) {
   return std::string_view(bytes).substr(begin, length);
 }
 
-tinygltf::Model parse(const std::string& path, bool binary) {
+tinygltf::Model parse(const std::string& path, bool binary, Images& images) {
   const std::string bytes = read_file(path);
   std::uint32_t container = 2;
   if (binary && bytes.size() >= 8) std::memcpy(&container, bytes.data() + 4, sizeof container);
@@ -49,7 +55,7 @@ tinygltf::Model parse(const std::string& path, bool binary) {
     throw InputError(fmt::format("{}: its JSON nests deeper than {} levels", path, deepest_json));
   tinygltf::Model model;
   tinygltf::TinyGLTF loader;
-  loader.SetImageLoader(leave_image, nullptr);
+  loader.SetImageLoader(keep_image, &images);
   std::string error, warning;
   const std::string folder = std::filesystem::path(path).parent_path().string();
   const auto size = static_cast<unsigned int>(bytes.size());
@@ -100,7 +106,8 @@ constexpr double kBrightestRoughMetal = 0.99;
 
 class Reader {
  public:
-  Reader(const tinygltf::Model& model, RawScene& scene) : model_(model), scene_(scene) {}
+  Reader(const tinygltf::Model& model, RawScene& scene, const Images& images)
+      : model_(model), scene_(scene), images_(images) {}
 
   void read() {
     check_extensions();
@@ -122,6 +129,10 @@ class Reader {
     }
     visited_.assign(model_.nodes.size(), false);
     for (const int root : roots) read_node(root, glm::dmat4(1.0), "the scene");
+    // Materials with a texture that no primitive has, or that cannot be read, are not judged by their factor.
+    for (std::size_t m = 0; m < named_.size(); ++m)
+      if (!named_[m].item.empty() && scene_.materials[m].texture == no_texture)
+        scene_.materials[m].reflectance.assign(3, 0.0);
   }
 
  private:
@@ -178,18 +189,124 @@ class Reader {
             fmt::format("it transmits with roughness {:.3g}, over {}; it is taken as clear",
                         pbr.roughnessFactor, kSharp));
       }
-      if (pbr.baseColorTexture.index >= 0 || theirs.emissiveTexture.index >= 0 ||
-          pbr.metallicRoughnessTexture.index >= 0) {
-        add(Severity::warning, "texture-ignored", item, "its textures are ignored; the factors count");
+      if (pbr.baseColorTexture.index >= 0) read_base_colour(pbr, material, item);
+      if (theirs.emissiveTexture.index >= 0 || pbr.metallicRoughnessTexture.index >= 0) {
+        add(Severity::warning, "texture-ignored", item,
+            "its textures of emission, metalness and roughness are ignored; the factors count");
       }
       if (theirs.alphaMode != "OPAQUE" && !theirs.alphaMode.empty()) {
         add(Severity::warning, "transparency-ignored", item, "it is transparent; it is taken as opaque");
       }
-      if (theirs.doubleSided) {
-        add(Severity::warning, "double-sided", item, "it is double-sided; only its front reflects and emits");
+      material.two_sided = theirs.doubleSided;
+      if (theirs.doubleSided && glass > 0) {
+        add(Severity::warning, "double-sided", item,
+            "it is double-sided glass: rays pass both of its sides, but only the front reflects diffusely");
       }
       scene_.materials.push_back(std::move(material));
     }
+  }
+
+  // The texture of what a material reflects diffusely.
+  void read_base_colour(const tinygltf::PbrMetallicRoughness& pbr, Material& material,
+                        const std::string& item) {
+    const auto dark = [](const std::vector<double>& v) {
+      return std::all_of(v.begin(), v.end(), [](double x) { return x == 0; });
+    };
+    if (!material.specular.empty() || !material.transmission.empty())
+      add(Severity::warning, "texture-ignored", item,
+          "its texture colours what it reflects diffusely alone; what it mirrors or transmits has the "
+          "factor's colour");
+    if (dark(material.reflectance)) return;
+    named_.resize(scene_.materials.size() + 1);
+    named_.back() = {&pbr.baseColorTexture, item};
+  }
+
+  // The texture of a material that a primitive has, read when the first one asks; null without one.
+  const tinygltf::TextureInfo* use_texture(std::uint32_t material) {
+    if (material >= named_.size() || !named_[material].info) return nullptr;
+    NamedTexture& named = named_[material];
+    std::uint32_t& texture = scene_.materials[material].texture;
+    if (texture != no_texture) return named.info;
+    try {
+      texture = texture_of(named.info->index);
+      return named.info;
+    } catch (const GltfFault& fault) {
+      add(Severity::error, fault.rule.c_str(), named.item, fault.what());
+    } catch (const InputError& error) {
+      add(Severity::error, "texture", named.item, error.what());
+    }
+    named.info = nullptr;  // said once
+    return nullptr;
+  }
+
+  std::uint32_t texture_of(int index) {
+    if (std::size_t(index) >= model_.textures.size())
+      throw GltfFault("reference", fmt::format("texture {} does not exist", index));
+    const tinygltf::Texture& theirs = model_.textures[std::size_t(index)];
+    if (theirs.source < 0 || std::size_t(theirs.source) >= model_.images.size())
+      throw GltfFault("texture",
+                      fmt::format("texture {} has no image of a format that is read (PNG, JPEG)", index));
+    std::array<Wrap, 2> wrap = {Wrap::repeat, Wrap::repeat};
+    if (theirs.sampler >= 0 && std::size_t(theirs.sampler) < model_.samplers.size()) {
+      const tinygltf::Sampler& sampler = model_.samplers[std::size_t(theirs.sampler)];
+      wrap = {wrap_of(sampler.wrapS), wrap_of(sampler.wrapT)};
+    }
+    const auto key = std::tuple(theirs.source, wrap[0], wrap[1]);
+    const auto found = textures_.find(key);
+    if (found != textures_.end()) return found->second;
+    const tinygltf::Image& image = model_.images[std::size_t(theirs.source)];
+    const bool embedded = image.uri.empty() || image.uri.starts_with("data:");
+    const std::string name =
+        !embedded            ? (std::filesystem::path(scene_.file).parent_path() / image.uri).string()
+        : image.name.empty() ? fmt::format("image {} of {}", theirs.source, scene_.file)
+                             : fmt::format("image \"{}\" of {}", image.name, scene_.file);
+    const auto bytes = images_.find(theirs.source);
+    if (bytes == images_.end())
+      throw GltfFault("texture", fmt::format("{}: cannot be read; put it there or correct the uri", name));
+    Texture texture = decode_texture(bytes->second, name);
+    texture.wrap = wrap;
+    const auto number = std::uint32_t(scene_.textures.size());
+    scene_.textures.push_back(std::move(texture));
+    textures_.emplace(key, number);
+    return number;
+  }
+
+  static Wrap wrap_of(int word) {
+    return word == TINYGLTF_TEXTURE_WRAP_CLAMP_TO_EDGE     ? Wrap::clamp
+           : word == TINYGLTF_TEXTURE_WRAP_MIRRORED_REPEAT ? Wrap::mirror
+                                                           : Wrap::repeat;
+  }
+
+  // From a set of coordinates to places in the texture, with KHR_texture_transform: scaled, then turned, then moved. What the
+  // extension calls counter-clockwise is so where v points down, as its first example shows.
+  struct UvMap {
+    int set = 0;
+    glm::dvec2 offset{0}, scale{1};
+    double turn = 0;
+    glm::dvec2 operator()(const glm::dvec2& uv) const {
+      const glm::dvec2 s = uv * scale;
+      const double c = std::cos(turn), t = std::sin(turn);
+      return {c * s.x + t * s.y + offset.x, c * s.y - t * s.x + offset.y};
+    }
+  };
+
+  static UvMap uv_map_of(const tinygltf::TextureInfo& info) {
+    UvMap map;
+    map.set = info.texCoord;
+    const auto found = info.extensions.find("KHR_texture_transform");
+    if (found == info.extensions.end()) return map;
+    const tinygltf::Value& transform = found->second;
+    const auto pair = [&](const char* key, glm::dvec2& to) {
+      if (!transform.Has(key) || transform.Get(key).ArrayLen() != 2) return;
+      for (int k = 0; k < 2; ++k)
+        if (transform.Get(key).Get(k).IsNumber()) to[k] = transform.Get(key).Get(k).GetNumberAsDouble();
+    };
+    pair("offset", map.offset), pair("scale", map.scale);
+    if (transform.Has("rotation") && transform.Get("rotation").IsNumber())
+      map.turn = transform.Get("rotation").GetNumberAsDouble();
+    if (transform.Has("texCoord") && transform.Get("texCoord").IsInt())
+      map.set = transform.Get("texCoord").GetNumberAsInt();
+    return map;
   }
 
   std::string item_of(int index) const {
@@ -273,6 +390,13 @@ class Reader {
     // other way.
     const bool mirrored = glm::determinant(glm::dmat3(world)) < 0;
     std::vector<std::array<glm::dvec3, 3>> triangles;
+    std::vector<glm::dvec2> coordinates;
+    std::vector<std::array<glm::dvec2, 3>> uv;
+    if (const tinygltf::TextureInfo* info = use_texture(material)) {
+      const UvMap map = uv_map_of(*info);
+      coordinates = read_texture_coordinates(model_, primitive, map.set, positions.size());
+      for (glm::dvec2& c : coordinates) c = map(c);
+    }
     for (const auto& index : read_triangles(model_, primitive, positions.size())) {
       std::array<glm::dvec3, 3> triangle;
       for (std::size_t i = 0; i < 3; ++i) {
@@ -280,8 +404,11 @@ class Reader {
         triangle[i] = glm::dvec3(world * glm::dvec4(p, 1.0));
       }
       triangles.push_back(triangle);
+      if (coordinates.empty()) continue;
+      uv.emplace_back();
+      for (std::size_t i = 0; i < 3; ++i) uv.back()[i] = coordinates[index[mirrored ? (3 - i) % 3 : i]];
     }
-    for (const MergedFace& merged : merge_quads(triangles)) {
+    for (const MergedFace& merged : merge_quads(triangles, uv)) {
       RawFace face;
       face.first = static_cast<std::uint32_t>(scene_.corners.size());
       face.corners = merged.count;
@@ -289,6 +416,10 @@ class Reader {
       face.name = name;
       face.where = {scene_.file, 0, item};
       for (std::uint32_t i = 0; i < merged.count; ++i) scene_.corners.push_back(merged.corner[i]);
+      if (!scene_.textures.empty()) scene_.uv.resize(scene_.corners.size(), glm::dvec2(0));
+      face.has_uv = !uv.empty();
+      if (face.has_uv)
+        std::copy_n(merged.uv.begin(), merged.count, scene_.uv.begin() + std::ptrdiff_t(face.first));
       scene_.faces.push_back(std::move(face));
     }
   }
@@ -333,6 +464,13 @@ class Reader {
 
   const tinygltf::Model& model_;
   RawScene& scene_;
+  const Images& images_;
+  std::map<std::tuple<int, Wrap, Wrap>, std::uint32_t> textures_;
+  struct NamedTexture {
+    const tinygltf::TextureInfo* info = nullptr;
+    std::string item;
+  };
+  std::vector<NamedTexture> named_;  // of the materials up to the last with a texture
   std::vector<bool> visited_;
   int default_material_ = -1;
 };
@@ -342,8 +480,9 @@ class Reader {
 RawScene read_gltf(const std::string& path, bool binary) {
   RawScene scene;
   scene.file = path;
-  const tinygltf::Model model = parse(path, binary);
-  Reader(model, scene).read();
+  Images images;
+  const tinygltf::Model model = parse(path, binary, images);
+  Reader(model, scene, images).read();
   return scene;
 }
 

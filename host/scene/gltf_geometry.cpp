@@ -101,6 +101,35 @@ std::vector<glm::dvec3> read_positions(const tinygltf::Model& model, const tinyg
   return positions;
 }
 
+std::vector<glm::dvec2> read_texture_coordinates(const tinygltf::Model& model,
+                                                 const tinygltf::Primitive& primitive, int set,
+                                                 std::size_t vertices) {
+  const std::string name = fmt::format("TEXCOORD_{}", set);
+  const auto attribute = primitive.attributes.find(name);
+  if (attribute == primitive.attributes.end()) return {};
+  const Elements elements = elements_of(model, attribute->second, name.c_str());
+  const tinygltf::Accessor& accessor = model.accessors[std::size_t(attribute->second)];
+  const int type = accessor.componentType;
+  const std::size_t size = type == TINYGLTF_COMPONENT_TYPE_FLOAT            ? 4
+                           : type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT ? 2
+                           : type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE  ? 1
+                                                                            : 0;
+  if (accessor.type != TINYGLTF_TYPE_VEC2 || size == 0)
+    throw GltfFault("accessor", name + ": must be pairs of floats, unsigned bytes or unsigned shorts");
+  if (elements.count != vertices)
+    throw GltfFault("accessor",
+                    fmt::format("{}: there are {}, but {} positions", name, elements.count, vertices));
+  std::vector<glm::dvec2> uv(elements.count);
+  for (std::size_t i = 0; i < elements.count; ++i)
+    for (int k = 0; k < 2; ++k) {
+      const unsigned char* at = elements.data + i * elements.stride + std::size_t(k) * size;
+      uv[i][k] = size == 4   ? double(value_at<float>(at))
+                 : size == 2 ? value_at<std::uint16_t>(at) / 65535.0
+                             : *at / 255.0;
+    }
+  return uv;
+}
+
 std::vector<std::array<std::uint32_t, 3>> read_triangles(const tinygltf::Model& model,
                                                          const tinygltf::Primitive& primitive,
                                                          std::size_t vertices) {

@@ -15,6 +15,7 @@
 #include "scene/obj_lines.hpp"
 #include "scene/range.hpp"
 #include "scene/read_file.hpp"
+#include "scene/texture.hpp"
 
 namespace clrad {
 namespace {
@@ -44,6 +45,15 @@ Material material_of(const MtlMaterial& m, const std::string& file) {
   }
   return material;
 }
+
+// From `vt` to places in the texture: -s and -o of map_Kd, and rows from the top.
+struct ObjUvMap {
+  glm::dvec2 offset{0}, scale{1};
+  glm::dvec2 operator()(const glm::dvec2& uv) const {
+    const glm::dvec2 moved = uv * scale + offset;
+    return {moved.x, 1 - moved.y};
+  }
+};
 
 // Hands MTL files to tinyobjloader and keeps what it does not: lines, exact numbers, missing files.
 class MtlReader : public tinyobj::MaterialReader {
@@ -76,6 +86,36 @@ class MtlReader : public tinyobj::MaterialReader {
   bool missing() const { return missing_; }
   // The scene's material of each of the library's.
   const std::vector<std::uint32_t>& scene_material() const { return scene_material_; }
+
+  // Materials with a texture that no face has, or that cannot be read, are not judged by their factor.
+  void put_aside_unused() {
+    for (std::size_t m = 0; m < named_.size(); ++m)
+      if (named_[m].named && scene_.materials[m].texture == no_texture)
+        scene_.materials[m].reflectance.assign(3, 0.0);
+  }
+
+  // How a face of this material lies in its texture, which is read when the first one asks; null without one.
+  const ObjUvMap* texture_of(std::uint32_t number) {
+    if (number >= named_.size() || named_[number].path.empty()) return nullptr;
+    NamedTexture& named = named_[number];
+    if (scene_.materials[number].texture != no_texture) return &named.map;
+    const auto [found, is_new] =
+        textures_.try_emplace({named.path, named.wrap}, std::uint32_t(scene_.textures.size()));
+    if (is_new) {
+      try {
+        scene_.textures.push_back(read_texture(named.path));
+        scene_.textures.back().wrap = {named.wrap, named.wrap};
+      } catch (const InputError& error) {
+        textures_.erase(found);
+        scene_.add(Severity::error, "texture", named.where,
+                   fmt::format("{}; put it there or correct the map_Kd line", error.what()));
+        named.path.clear();  // said once
+        return nullptr;
+      }
+    }
+    scene_.materials[number].texture = found->second;
+    return &named.map;
+  }
 
  private:
   std::string beside(const std::string& name) const {
@@ -115,9 +155,10 @@ class MtlReader : public tinyobj::MaterialReader {
       while (k < theirs.size() && !theirs[k].name.starts_with(m.name)) ++k;
       if (k < theirs.size()) {
         warn_of(theirs[k], m, where);
-        scene_material_[k++] = static_cast<std::uint32_t>(scene_.materials.size());
+        scene_material_[k] = static_cast<std::uint32_t>(scene_.materials.size());
       }
       scene_.materials.push_back(material_of(m, file));
+      if (k < theirs.size()) read_texture_of(theirs[k++], m, file);
       if (m.is_mirror() || m.is_glass()) {
         for (const Diagnostic& finding : m.specular_findings) scene_.diagnostics.push_back(finding);
       }
@@ -129,16 +170,47 @@ class MtlReader : public tinyobj::MaterialReader {
     }
   }
 
-  void warn_of(const tinyobj::material_t& theirs, const MtlMaterial& m, const SourceLocation& where) {
-    if (!theirs.diffuse_texname.empty() || !theirs.emissive_texname.empty()) {
+  // The texture of the last material. Kd multiplies it; a file with a texture that does not say Kd means 1.
+  void read_texture_of(const tinyobj::material_t& theirs, const MtlMaterial& m, const std::string& file) {
+    if (theirs.diffuse_texname.empty() || m.texture_line == 0) return;
+    Material& material = scene_.materials.back();
+    const SourceLocation where{file, m.texture_line, ""};
+    if (m.reflectance_line == 0) material.reflectance.assign(3, 1.0);  // until put_aside_unused()
+    if (std::all_of(material.reflectance.begin(), material.reflectance.end(),
+                    [](double x) { return x == 0; })) {
       scene_.add(Severity::warning, "texture-ignored", where,
-                 fmt::format("the texture of material \"{}\" is ignored; Kd and Ke count", m.name));
+                 fmt::format("Kd of material \"{}\" is 0, and it multiplies the texture: black", m.name));
+      return;
+    }
+    const tinyobj::texture_option_t& options = theirs.diffuse_texopt;
+    const double turbulence = std::abs(options.turbulence[0]) + std::abs(options.turbulence[1]);
+    if (options.brightness != 0 || options.contrast != 1 || turbulence > 0)
+      scene_.add(
+          Severity::warning, "texture-option-ignored", where,
+          fmt::format("of the options of map_Kd of material \"{}\" only -o, -s and -clamp are followed",
+                      m.name));
+    std::string name = theirs.diffuse_texname;
+    std::replace(name.begin(), name.end(), '\\', '/');
+    named_.resize(scene_.materials.size());
+    named_.back() = {
+        (std::filesystem::path(file).parent_path() / name).string(),
+        options.clamp ? Wrap::clamp : Wrap::repeat,
+        {{options.origin_offset[0], options.origin_offset[1]}, {options.scale[0], options.scale[1]}},
+        where,
+        true};
+  }
+
+  void warn_of(const tinyobj::material_t& theirs, const MtlMaterial& m, const SourceLocation& where) {
+    if (!theirs.emissive_texname.empty()) {
+      scene_.add(Severity::warning, "texture-ignored", where,
+                 fmt::format("the texture of the emission of material \"{}\" is ignored; Ke counts", m.name));
     }
     if (theirs.dissolve < 1 && !m.is_glass()) {
       scene_.add(Severity::warning, "transparency-ignored", where,
                  fmt::format("material \"{}\" is transparent; it is taken as opaque", m.name));
     }
-    if (m.reflectance_line == 0 && m.radiance_line == 0 && !m.is_mirror() && !m.is_glass()) {
+    if (m.reflectance_line == 0 && m.radiance_line == 0 && m.texture_line == 0 && !m.is_mirror() &&
+        !m.is_glass()) {
       scene_.add(Severity::warning, "no-reflectance", where,
                  fmt::format("material \"{}\" has neither Kd nor Ke; it is black", m.name));
     }
@@ -148,8 +220,36 @@ class MtlReader : public tinyobj::MaterialReader {
   const ObjLines& lines_;
   std::set<std::string> read_, names_;
   std::vector<std::uint32_t> scene_material_;
+  std::map<std::pair<std::string, Wrap>, std::uint32_t> textures_;
+  struct NamedTexture {
+    std::string path;  // empty: none
+    Wrap wrap{};
+    ObjUvMap map;
+    SourceLocation where;
+    bool named = false;
+  };
+  std::vector<NamedTexture> named_;  // of the materials up to the last with a texture
   bool missing_ = false;
 };
+
+// Where the corners of the last face are in its material's texture.
+void read_uv(RawScene& scene, const ObjLines& lines, const ObjFaceLine& line, const ObjUvMap& map,
+             RawFace& face) {
+  scene.uv.resize(scene.corners.size(), glm::dvec2(0));
+  if (lines.uv_of_corner.empty()) return;
+  for (std::uint32_t i = 0; i < face.corners; ++i) {
+    const std::uint32_t at = lines.uv_of_corner[line.first_uv + i];
+    if (at == ObjLines::no_uv) return;
+    if (at == ObjLines::wrong_uv) {
+      scene.add(Severity::error, "texture-index", face.where,
+                fmt::format("corner {} names texture coordinates that there are not; there are {} vt", i + 1,
+                            lines.uv.size()));
+      return;
+    }
+    scene.uv[face.first + i] = map(lines.uv[at]);
+  }
+  face.has_uv = true;
+}
 
 // Gives faces without a material the default one, and reports materials that no file defines.
 class MaterialChoice {
@@ -230,9 +330,14 @@ RawScene read_obj(const std::string& path) {
         scene.corners.push_back(
             lines.vertices.at(static_cast<std::size_t>(shape.mesh.indices[next++].vertex_index)));
       }
+      if (const ObjUvMap* map = reader.texture_of(face.material))
+        read_uv(scene, lines, lines.faces[number], *map, face);
+      else if (!scene.textures.empty())
+        scene.uv.resize(scene.corners.size(), glm::dvec2(0));
       scene.faces.push_back(std::move(face));
     }
   }
+  reader.put_aside_unused();
   if (number != lines.faces.size()) throw InputError(path + ": its faces cannot be told apart line by line");
   return scene;
 }

@@ -51,6 +51,27 @@ glm::dvec3 parse_vertex(const std::vector<std::string_view>& words, const Source
   return vertex;
 }
 
+// `vt u [v [w]]`; NaN where it is something else, which matters where a texture is.
+glm::dvec2 parse_texture_coordinates(const std::vector<std::string_view>& words) {
+  const auto number = [&](std::size_t k) {
+    return words.size() > k ? parse_number(words[k]).value_or(kNan) : 0.0;
+  };
+  return {words.size() > 1 ? number(1) : kNan, number(2)};
+}
+
+// The `vt` that a corner `v/vt/vn` names, counted from 0.
+std::uint32_t texture_index_of(std::string_view corner, std::size_t before, std::size_t total) {
+  const std::size_t slash = corner.find('/');
+  if (slash == std::string_view::npos) return ObjLines::no_uv;
+  corner.remove_prefix(slash + 1);
+  corner = corner.substr(0, corner.find('/'));
+  if (corner.empty()) return ObjLines::no_uv;
+  const auto index = parse_index(corner).value_or(0);
+  const std::int64_t number = index < 0 ? static_cast<std::int64_t>(before) + index + 1 : index;
+  return number < 1 || number > static_cast<std::int64_t>(total) ? ObjLines::wrong_uv
+                                                                 : std::uint32_t(number - 1);
+}
+
 // What is wrong with the corners of a face, if anything. `before` and `total` count vertices.
 struct FaceFault {
   const char* rule;
@@ -171,9 +192,10 @@ std::vector<std::string_view> words_of(std::string_view line) {
 ObjLines scan_obj(std::string text, RawScene& scene) {
   ObjLines lines;
   lines.text = with_plain_lines(std::move(text));
-  std::size_t total = 0;
+  std::size_t total = 0, total_uv = 0;
   for_each_line(lines.text, [&](std::uint32_t, std::string_view line) {
     line = trimmed(line);
+    total_uv += line.starts_with("vt ") || line.starts_with("vt\t");
     if (!line.starts_with("v ") && !line.starts_with("v\t")) return;
     // A `v` without a number is an error below, and no vertex.
     total += line[line.find_first_not_of(" \t", 1)] != '#';
@@ -206,14 +228,20 @@ ObjLines scan_obj(std::string text, RawScene& scene) {
         scene.add(Severity::error, fault->rule, where, fault->message);
         blank();
       } else {
-        // Texture coordinates and normals are not used; the library would judge their indices.
+        lines.faces.push_back(
+            {number, static_cast<std::int32_t>(lines.usemtl.size()) - 1, lines.uv_of_corner.size()});
+        if (total_uv > 0)
+          for (std::size_t i = 1; i < words.size(); ++i)
+            lines.uv_of_corner.push_back(texture_index_of(words[i], lines.uv.size(), total_uv));
+        // Normals are not used, and texture coordinates are read above; the library would judge their indices.
         for (const std::string_view word : words) {
           if (const auto slash = word.find('/'); slash != std::string_view::npos)
             blank(static_cast<std::size_t>(word.data() - line.data()) + slash,
                   static_cast<std::size_t>(word.data() - line.data()) + word.size());
         }
-        lines.faces.push_back({number, static_cast<std::int32_t>(lines.usemtl.size()) - 1});
       }
+    } else if (keyword == "vt") {
+      lines.uv.push_back(parse_texture_coordinates(words_of(line.substr(0, comment))));
     } else if (keyword == "usemtl") {
       lines.usemtl.push_back({number, words.size() > 1 ? std::string(words[1]) : std::string()});
     } else if (keyword == "mtllib") {
@@ -256,6 +284,8 @@ std::vector<MtlMaterial> scan_mtl(const std::string& file, std::string_view text
     } else if (words[0] == "Kd") {
       materials.back().reflectance_line = number;
       if (const auto color = parse_color(words, where, scene)) materials.back().reflectance = *color;
+    } else if (words[0] == "map_Kd" && !materials.empty()) {
+      materials.back().texture_line = number;
     } else if (words[0] == "Ke") {
       materials.back().radiance_line = number;
       if (const auto color = parse_color(words, where, scene)) materials.back().radiance = *color;

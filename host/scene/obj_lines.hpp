@@ -8,6 +8,8 @@
 #include <string_view>
 #include <vector>
 
+#include <glm/vec2.hpp>
+
 #include "scene/raw_scene.hpp"
 
 namespace clrad {
@@ -35,7 +37,8 @@ void for_each_line(std::string_view text, Visit visit) {
 
 struct ObjFaceLine {
   std::uint32_t line;
-  std::int32_t usemtl;  ///< index into ObjLines::usemtl of the one in force, or -1
+  std::int32_t usemtl;     ///< index into ObjLines::usemtl of the one in force, or -1
+  std::size_t first_uv{};  ///< of its corners in ObjLines::uv_of_corner, in a file with texture coordinates
 };
 
 struct ObjNameLine {
@@ -46,9 +49,13 @@ struct ObjNameLine {
 struct ObjLines {
   std::vector<glm::dvec3> vertices;  ///< all `v`, in order; NaN where the line is wrong
   std::vector<ObjFaceLine> faces;    ///< the `f` that can be used, in order
-  std::vector<ObjNameLine> usemtl;   ///< each with its material's name
-  std::vector<ObjNameLine> mtllib;   ///< each with the rest of its line
-  std::string text;                  ///< the file with lines that cannot be used blanked out
+  std::vector<glm::dvec2> uv;        ///< all `vt`, in order; NaN where the line is wrong
+  /// Per corner of the faces its `vt`, or no_uv, or wrong_uv where it names one that there is not. Empty in a file without `vt`.
+  std::vector<std::uint32_t> uv_of_corner;
+  static constexpr std::uint32_t no_uv = 0xffffffffu, wrong_uv = 0xfffffffeu;
+  std::vector<ObjNameLine> usemtl;  ///< each with its material's name
+  std::vector<ObjNameLine> mtllib;  ///< each with the rest of its line
+  std::string text;                 ///< the file with lines that cannot be used blanked out
 };
 
 /// Scans an OBJ file's text; what cannot be used is reported in `scene.diagnostics` and blanked out.
@@ -62,6 +69,7 @@ struct MtlMaterial {
   std::array<double, 3> radiance{0, 0, 0};
   std::uint32_t reflectance_line = 0;  ///< 0: the file does not say
   std::uint32_t radiance_line = 0;
+  std::uint32_t texture_line = 0;                 ///< of its `map_Kd`; 0: it has none
   int illumination = 2;                           ///< `illum`
   std::array<double, 3> mirrored{0, 0, 0};        ///< `Ks`
   std::optional<std::array<double, 3>> filtered;  ///< `Tf`

@@ -100,6 +100,8 @@ std::vector<std::uint32_t> plane_ids(const Scene& scene) {
 
   std::vector<std::uint32_t> order(count);
   std::iota(order.begin(), order.end(), 0u);
+  std::erase_if(order,
+                [&](std::uint32_t p) { return scene.polygons[p].back; });  // they are in their fronts' planes
   std::stable_sort(order.begin(), order.end(),
                    [&](std::uint32_t a, std::uint32_t b) { return facets[a].width > facets[b].width; });
 
@@ -162,6 +164,10 @@ std::vector<std::uint32_t> plane_ids(const Scene& scene) {
   for (Plane& plane : planes) plane.id = kUnnumbered;
   std::uint32_t next = 0;
   for (std::size_t p = 0; p < count; ++p) {
+    if (scene.polygons[p].back) {
+      ids[p] = ids[p - 1];
+      continue;
+    }
     Plane& plane = planes[plane_of[p]];
     if (plane.id == kUnnumbered) plane.id = next++;
     ids[p] = plane.id;

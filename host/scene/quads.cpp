@@ -36,6 +36,7 @@ struct Candidate {
   int shape;  // 0: a rectangle
   Index first, second;
   Quad quad;
+  std::array<glm::dvec2, 4> uv;
 };
 
 // Largest |cosine| of the quad's corners; none when it is not planar, or a corner is reflex, straight or
@@ -55,15 +56,37 @@ std::optional<double> shape_of(const Quad& q) {
   return worst;
 }
 
-// The quad of triangle a, its side from corner `ca` opened to take in the far corner of b.
-Quad joined(const Triangle& a, Index ca, const Triangle& b, Index cb) {
-  Quad quad{};
+// The quad of triangle a, its side from corner `ca` opened to take in the far corner of b; of positions or of texture coordinates.
+template <class Point>
+std::array<Point, 4> joined(const std::array<Point, 3>& a, Index ca, const std::array<Point, 3>& b,
+                            Index cb) {
+  std::array<Point, 4> quad{};
   Index n = 0;
   for (Index i = 0; i < 3; ++i) {
     quad[n++] = a[i];
     if (i == ca) quad[n++] = b[(cb + 2) % 3];
   }
   return quad;
+}
+
+// Whether texture coordinates of the two halves meet along their edge and are one linear map of the plane.
+bool one_map(const std::vector<Triangle>& triangles, const std::vector<std::array<glm::dvec2, 3>>& uv,
+             const SharedEdge& edge) {
+  constexpr double tolerance = 1e-4;
+  const auto& a = uv[edge.triangle[0]];
+  const auto& b = uv[edge.triangle[1]];
+  const Index ca = edge.corner[0], cb = edge.corner[1];
+  // The edge runs the other way in b.
+  if (a[ca] != b[(cb + 1) % 3] || a[(ca + 1) % 3] != b[cb]) return false;
+  const Triangle& t = triangles[edge.triangle[0]];
+  const glm::dvec3 far = triangles[edge.triangle[1]][(cb + 2) % 3] - t[0], e1 = t[1] - t[0], e2 = t[2] - t[0],
+                   normal = glm::cross(e1, e2);
+  const double square = glm::dot(normal, normal);
+  const double along1 = glm::dot(glm::cross(far, e2), normal) / square,
+               along2 = glm::dot(glm::cross(e1, far), normal) / square;
+  const glm::dvec2 expected = a[0] + along1 * (a[1] - a[0]) + along2 * (a[2] - a[0]);
+  const double span = glm::distance(a[0], a[1]) + glm::distance(a[1], a[2]) + glm::distance(a[2], a[0]);
+  return glm::distance(expected, b[(cb + 2) % 3]) <= tolerance * span;
 }
 
 std::vector<SharedEdge> edges_of(const std::vector<Triangle>& triangles) {
@@ -97,13 +120,16 @@ std::vector<SharedEdge> edges_of(const std::vector<Triangle>& triangles) {
 
 }  // namespace
 
-std::vector<MergedFace> merge_quads(const std::vector<Triangle>& triangles) {
+std::vector<MergedFace> merge_quads(const std::vector<Triangle>& triangles,
+                                    const std::vector<std::array<glm::dvec2, 3>>& uv) {
   std::vector<Candidate> candidates;
   for (const SharedEdge& edge : edges_of(triangles)) {
     const auto [first, second] = edge.triangle;
+    if (!uv.empty() && !one_map(triangles, uv, edge)) continue;
     const Quad quad = joined(triangles[first], edge.corner[0], triangles[second], edge.corner[1]);
     if (const auto shape = shape_of(quad)) {
-      candidates.push_back({static_cast<int>(std::lround(*shape * kShapeSteps)), first, second, quad});
+      candidates.push_back({static_cast<int>(std::lround(*shape * kShapeSteps)), first, second, quad, {}});
+      if (!uv.empty()) candidates.back().uv = joined(uv[first], edge.corner[0], uv[second], edge.corner[1]);
     }
   }
   std::sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
@@ -112,13 +138,14 @@ std::vector<MergedFace> merge_quads(const std::vector<Triangle>& triangles) {
   std::vector<MergedFace> faces(triangles.size());
   std::vector<bool> taken(triangles.size(), false), dropped(triangles.size(), false);
   for (Index t = 0; t < triangles.size(); ++t) {
-    faces[t] = {{triangles[t][0], triangles[t][1], triangles[t][2], {}}, 3, t};
+    faces[t] = {{triangles[t][0], triangles[t][1], triangles[t][2], {}}, 3, t, {}};
+    if (!uv.empty()) faces[t].uv = {uv[t][0], uv[t][1], uv[t][2], {}};
   }
   for (const Candidate& c : candidates) {
     if (taken[c.first] || taken[c.second]) continue;
     taken[c.first] = taken[c.second] = true;
     dropped[c.second] = true;
-    faces[c.first] = {c.quad, 4, c.first};
+    faces[c.first] = {c.quad, 4, c.first, c.uv};
   }
   std::vector<MergedFace> kept;
   for (Index t = 0; t < faces.size(); ++t) {

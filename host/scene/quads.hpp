@@ -2,6 +2,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <vector>
 
@@ -11,7 +12,8 @@ namespace clrad {
 struct MergedFace {
   std::array<glm::dvec3, 4> corner{};
   std::uint32_t count = 3;
-  std::uint32_t triangle = 0;  ///< the first of its triangles
+  std::uint32_t triangle = 0;      ///< the first of its triangles
+  std::array<glm::dvec2, 4> uv{};  ///< texture coordinates, where there are any
 };
 
 /// Merges pairs of the given triangles (of one primitive, so of one material). A pair is a candidate when
@@ -20,6 +22,10 @@ struct MergedFace {
 /// none reflex. Candidates are taken by how nearly rectangular they are (largest |cosine| of a corner, in
 /// steps of 2^-10), ties in file order; each triangle once. The result keeps the order of the first
 /// triangles; triangles left over stay as they are.
-std::vector<MergedFace> merge_quads(const std::vector<std::array<glm::dvec3, 3>>& triangles);
+///
+/// `uv`, where it is not empty, are texture coordinates of the triangles' corners; then a pair has to have the same ones along
+/// the shared edge, and one linear map from the plane to the texture, within 1e-4 of what its coordinates span.
+std::vector<MergedFace> merge_quads(const std::vector<std::array<glm::dvec3, 3>>& triangles,
+                                    const std::vector<std::array<glm::dvec2, 3>>& uv = {});
 
 }  // namespace clrad

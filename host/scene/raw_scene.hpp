@@ -15,6 +15,7 @@ struct RawFace {
   std::uint32_t material = 0;  ///< index into RawScene::materials
   std::string name;
   SourceLocation where;
+  bool has_uv = false;  ///< RawScene::uv says where its corners are in the material's texture
 };
 
 struct RawScene {
@@ -24,6 +25,9 @@ struct RawScene {
   std::vector<Camera> cameras;      ///< in file units
   std::vector<glm::dvec3> corners;  ///< in file units
   std::vector<RawFace> faces;       ///< file order
+  std::vector<Texture> textures;    ///< three bands; those that materials name
+  /// Texture coordinates, as many as corners in a scene with textures, else none.
+  std::vector<glm::dvec2> uv;
   std::vector<Diagnostic> diagnostics;
   std::vector<PunctualLight> lights;  ///< three bands; positions in file units
 

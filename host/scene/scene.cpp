@@ -7,6 +7,7 @@
 #include <glm/geometric.hpp>
 #include <numbers>
 
+#include "scene/backs.hpp"
 #include "scene/gltf.hpp"
 #include "scene/obj.hpp"
 #include "scene/overlap.hpp"
@@ -41,6 +42,13 @@ RawScene read(const std::string& path) {
   throw InputError(fmt::format("{}: not a scene by its name; clrad reads .obj, .gltf and .glb", path));
 }
 
+Scene read_and_validate(const std::string& path, const LoadOptions& options) {
+  RawScene raw = read(path);
+  if (options.sides != Sides::as_file)
+    for (Material& material : raw.materials) material.two_sided = options.sides == Sides::two;
+  return validate(std::move(raw), options.unit_m);
+}
+
 }  // namespace
 
 std::string SourceLocation::text() const {
@@ -72,6 +80,12 @@ bool has_specular(const Scene& scene) {
   });
 }
 
+bool has_textures(const Scene& scene) {
+  return !scene.textures.empty() &&
+         std::any_of(scene.polygons.begin(), scene.polygons.end(),
+                     [&](const Polygon& p) { return scene.materials[p.material].texture != no_texture; });
+}
+
 double Polygon::area_m2() const {
   return 0.5 * glm::length(twice_area_vector(*this));
 }
@@ -84,7 +98,7 @@ glm::dvec3 Polygon::normal() const {
 }
 
 Scene load_scene(const std::string& path, const LoadOptions& options) {
-  Scene scene = validate(read(path), options.unit_m);
+  Scene scene = read_and_validate(path, options);
   for (const Diagnostic& d : scene.diagnostics) {
     if (d.severity == Diagnostic::Severity::error) throw InputError(d.where.text() + ": " + d.message);
   }
@@ -93,10 +107,11 @@ Scene load_scene(const std::string& path, const LoadOptions& options) {
 
 std::vector<Diagnostic> check_scene(const std::string& path, const LoadOptions& options) {
   try {
-    Scene scene = validate(read(path), options.unit_m);
+    Scene scene = read_and_validate(path, options);
     check_range(scene, scene.diagnostics);
     check_overlaps(scene, scene.diagnostics);
     check_open_edges(scene, scene.diagnostics);
+    check_two_sided(scene, scene.diagnostics);
     sort_findings(scene);
     return std::move(scene.diagnostics);
   } catch (const InputError& error) {

@@ -50,6 +50,7 @@ std::vector<Edge> edges_of(const Scene& scene) {
   std::vector<Edge> edges;
   for (Index p = 0; p < scene.polygons.size(); ++p) {
     const Polygon& polygon = scene.polygons[p];
+    if (polygon.back) continue;
     std::array<Index, 4> vertex{};
     for (Index i = 0; i < polygon.corners; ++i) {
       const glm::dvec3 c = polygon.corner[i] + 0.0;  // -0 and 0 are one place
@@ -119,7 +120,7 @@ std::vector<Surface> surfaces_of(const Scene& scene) {
   }
   std::vector<Surface> surfaces;
   for (Index start = 0; start < count; ++start) {
-    if (seen[start]) continue;
+    if (seen[start] || scene.polygons[start].back) continue;
     seen[start] = true;
     Surface surface;
     surface.polygons = {start};

@@ -16,8 +16,8 @@ void check_open_edges(const Scene& scene, std::vector<Diagnostic>& findings);
 /// surface in its bounding box, or outward with all others in it.
 void check_orientation(const Scene& scene, std::vector<Diagnostic>& findings);
 
-/// Per polygon the first polygon of its closed surface, or 0xffffffff where the surface is open, or its polygons
-/// do not all face the same way.
+/// Per polygon the first polygon of its closed surface, or 0xffffffff where the surface is open, its polygons do not all
+/// face the same way, or it is a back.
 std::vector<std::uint32_t> closed_surfaces(const Scene& scene);
 
 }  // namespace clrad

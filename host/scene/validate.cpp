@@ -15,6 +15,7 @@
 #include <unordered_map>
 
 #include "scene/faces.hpp"
+#include "scene/texture.hpp"
 #include "scene/topology.hpp"
 
 namespace clrad {
@@ -29,7 +30,7 @@ void check_materials(const Scene& scene, std::vector<Diagnostic>& findings) {
   for (const Material& material : scene.materials) {
     for (std::size_t b = 0; b < material.reflectance.size(); ++b) {
       const double rho = material.reflectance[b];
-      if (rho >= 0 && rho < 1) continue;
+      if (rho >= 0 && (rho < 1 || (rho == 1 && material.texture != no_texture))) continue;
       findings.push_back({Severity::error, "reflectance", material.where,
                           fmt::format("material \"{}\" reflects {} of {} light; a reflectance lies in [0, 1)",
                                       material.name, rho, kBand[b])});
@@ -99,10 +100,20 @@ void choose_bands(Scene& scene) {
   });
   const bool all_lights_grey = std::all_of(scene.lights.begin(), scene.lights.end(),
                                            [&](const PunctualLight& l) { return grey(l.intensity); });
+  const bool grey_textures = std::all_of(scene.textures.begin(), scene.textures.end(), [](const Texture& t) {
+    for (std::size_t i = 0; i < t.texels.size(); i += 3)
+      if (t.texels[i] != t.texels[i + 1] || t.texels[i] != t.texels[i + 2]) return false;
+    return true;
+  });
   scene.bands = {"red", "green", "blue"};
-  if (!all_grey || !all_lights_grey) return;
+  if (!all_grey || !all_lights_grey || !grey_textures) return;
   scene.bands = {"grey"};
   for (PunctualLight& light : scene.lights) light.intensity.resize(1);
+  for (Texture& t : scene.textures) {
+    for (std::size_t i = 0; 3 * i < t.texels.size(); ++i) t.texels[i] = t.texels[3 * i];
+    t.texels.resize(t.texels.size() / 3);
+    t.texels.shrink_to_fit();
+  }
   for (Material& material : scene.materials) {
     material.reflectance.resize(1);
     material.emitted_exitance.resize(1);
@@ -160,7 +171,8 @@ std::optional<std::string> bad_coordinate(std::span<const glm::dvec3> corners) {
   return std::nullopt;
 }
 
-void add_face(const RawFace& face, std::span<const glm::dvec3> corners, Scene& scene) {
+void add_face(const RawFace& face, std::span<const glm::dvec3> corners, std::span<const glm::dvec2> uv,
+              Scene& scene) {
   const auto report = [&](Severity severity, const char* rule, std::string message) {
     scene.diagnostics.push_back({severity, rule, face.where, std::move(message)});
   };
@@ -170,6 +182,11 @@ void add_face(const RawFace& face, std::span<const glm::dvec3> corners, Scene& s
         fmt::format("a face needs three corners, this one has {}; complete or remove it", corners.size()));
   }
   if (const auto bad = bad_coordinate(corners)) return report(Severity::error, "coordinate", *bad);
+  for (std::size_t i = 0; i < uv.size(); ++i)
+    if (!std::isfinite(uv[i].x) || !std::isfinite(uv[i].y))
+      return report(Severity::error, "texture-coordinate",
+                    fmt::format("the texture coordinates of corner {} are ({}, {}); they are finite numbers",
+                                i + 1, uv[i].x, uv[i].y));
 
   const CutFace cut = cut_face(corners);
   for (const FaceRule rule : cut.rules) {
@@ -180,6 +197,7 @@ void add_face(const RawFace& face, std::span<const glm::dvec3> corners, Scene& s
     Polygon polygon;
     polygon.corners = piece.corners;
     for (std::uint32_t i = 0; i < piece.corners; ++i) polygon.corner[i] = corners[piece.corner[i]];
+    for (std::uint32_t i = 0; i < piece.corners && !uv.empty(); ++i) polygon.uv[i] = uv[piece.corner[i]];
     polygon.material = face.material;
     polygon.name = face.name;
     polygon.where = face.where;
@@ -272,7 +290,9 @@ Scene validate(RawScene raw, double unit_m) {
   if (!(unit_m > 0) || !std::isfinite(unit_m)) {
     throw UsageError(fmt::format("the unit of length is {} m; it is a finite positive number", unit_m));
   }
+  settle_textures(raw);
   Scene scene;
+  scene.textures = std::move(raw.textures);
   scene.file = std::move(raw.file);
   scene.quantity = raw.quantity;
   scene.materials = std::move(raw.materials);
@@ -290,7 +310,11 @@ Scene validate(RawScene raw, double unit_m) {
   for (glm::dvec3& corner : raw.corners) corner = corner * unit_m + 0.0;  // + 0: no negative zero
   scene.polygons.reserve(raw.faces.size());
   for (const RawFace& face : raw.faces) {
-    add_face(face, std::span(raw.corners).subspan(face.first, face.corners), scene);
+    const bool textured = scene.materials[face.material].texture != no_texture;
+    add_face(face, std::span(raw.corners).subspan(face.first, face.corners),
+             textured ? std::span<const glm::dvec2>(raw.uv).subspan(face.first, face.corners)
+                      : std::span<const glm::dvec2>(),
+             scene);
   }
   check_duplicates(scene);
   check_orientation(scene, scene.diagnostics);

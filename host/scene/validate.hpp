@@ -3,7 +3,10 @@
 ///
 /// rule                  severity  when, and what is done
 /// unit                  error     (UsageError) the unit is not a finite positive length
-/// reflectance           error     a band of a reflectance is outside [0, 1), or not a number
+/// reflectance           error     a band of a reflectance is outside [0, 1) (with a texture: [0, 1]), or not a number
+/// texture-reflectance   repair    texels reflect all light or more, with the material's factor: they reflect 0.99
+/// texture-coordinate    error     a texture coordinate is not finite
+/// no-texture-coordinates          warning   faces without them get the mean colour of their material's texture
 /// emission              error     a band of an emission is negative, or not a finite number
 /// specular              error     a mirrored or transmitted share is negative, or not a finite number
 /// specular-share        repair    with the diffuse share they pass 1 in a band: both are scaled to what that leaves

@@ -26,18 +26,6 @@ constexpr double converges_well = 0.01;
 // plane it is in, is missing. (CLRAD_LEAST_ROW of balance.cl.)
 constexpr double least_row = 0.25;
 
-double reflectance(const SolveState& state, std::uint32_t band, std::uint32_t patch) {
-  return state.scene.materials[state.scene.polygons[state.mesh.patches[patch].polygon].material]
-      .reflectance[band];
-}
-
-double largest_reflectance(const Scene& scene) {
-  double most = 0;
-  for (const Material& m : scene.materials)
-    for (const double rho : m.reflectance) most = std::max(most, rho);
-  return most;
-}
-
 // Row sums over the exposed part, [colour][patch]; NaN where nothing is exposed.
 std::vector<double> exposed_row_sums(const SolveState& state) {
   std::vector<double> sums(state.row_sum.size());
@@ -124,7 +112,7 @@ void set_up_rows(SolveState& state) {
     for (std::uint32_t b = 0; b < state.bands; ++b) {
       const std::size_t i = std::size_t(b) * state.patches + p;
       const double sum = state.row_sum[i % rows];
-      const double rho = reflectance(state, b, p);
+      const double rho = state.reflectance(b, p);
       loss[i] = share > 0 ? 1 - rho + (close ? 0 : rho * (share - sum) / share) : 1;
       coupling[i] = share > 0 ? rho / share * scale[p] : 0;
     }
@@ -132,8 +120,16 @@ void set_up_rows(SolveState& state) {
   state.loss.upload(loss), state.coupling.upload(coupling), state.row_scale.upload(scale);
 }
 
-bool closes_rows(const Scene& scene, const SolveOptions& options, bool closed) {
-  const bool much = options.closure == Closure::on || largest_reflectance(scene) >= reflects_much;
+double largest_reflectance(const Scene& scene) {
+  double most = 0;
+  for (const Material& m : scene.materials)
+    for (const double rho : m.reflectance)
+      if (m.texture == no_texture) most = std::max(most, rho);
+  return most;
+}
+
+bool closes_rows(double reflectance, const SolveOptions& options, bool closed) {
+  const bool much = options.closure == Closure::on || reflectance >= reflects_much;
   return options.closure == Closure::on ||
          (options.closure == Closure::automatic && closed && (much || options.converge <= converges_well));
 }
@@ -141,9 +137,12 @@ bool closes_rows(const Scene& scene, const SolveOptions& options, bool closed) {
 void decide_closing(SolveState& state) {
   // What rows lack matters where it is reflected on. Where light passes glass, they lack what that takes.
   if (!state.interreflection || state.through_glass) return;
-  state.closes_rows = closes_rows(state.scene, state.options, state.enclosure.closed);
-  state.closes_vertices = state.closes_rows && (state.options.closure == Closure::on ||
-                                                largest_reflectance(state.scene) >= reflects_much);
+  double most = largest_reflectance(state.scene);
+  if (state.textured)
+    for (const double rho : state.textured->patch) most = std::max(most, rho);
+  state.closes_rows = closes_rows(most, state.options, state.enclosure.closed);
+  state.closes_vertices =
+      state.closes_rows && (state.options.closure == Closure::on || most >= reflects_much);
 }
 
 bool can_close_rows(const SolveState& state) {
@@ -187,7 +186,8 @@ void restate(SolveState& state) {
                      state.patch_columns, state.colours, state.patch_of_slot_device,
                      std::uint32_t(state.patch_of_slot.size()), state.total_shot, state.total_shot_lo,
                      state.patch_emitted, state.loss, state.coupling, state.row_scale, state.patch_irradiance,
-                     state.patch_irradiance_lost, state.unshot, state.unshot_lost, state.patches, state.bands);
+                     state.patch_irradiance_lost, state.unshot, state.unshot_lost, state.patches,
+                     state.bands);
   }
   add_direct_to_patches(state);
 }
@@ -228,7 +228,7 @@ void judge_rows(SolveState& state, Solution& solution) {
     for (std::uint32_t b = 0; b < state.bands; ++b) {
       const std::size_t i = std::size_t(b) * state.patches + p;
       if (state.slot_of_patch[p] == 0xffffffffu) continue;
-      wrong[i] = reflectance(state, b, p) * left(i % rows) * std::abs(total[i]);
+      wrong[i] = state.reflectance(b, p) * left(i % rows) * std::abs(total[i]);
       wrong_power += area * wrong[i], power += area * total[i];
     }
   }

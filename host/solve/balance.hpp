@@ -18,8 +18,10 @@ bool is_closed_row(const SolveState& state, std::uint32_t patch);
 /// light is much of all.
 void decide_closing(SolveState& state);
 
-/// The same rule for a scene that is not meshed yet; `closed`: it is proven closed.
-bool closes_rows(const Scene& scene, const SolveOptions& options, bool closed);
+/// The same rule for a scene that is not meshed yet, whose materials reflect at most `reflectance`; `closed`: it is proven closed.
+bool closes_rows(double reflectance, const SolveOptions& options, bool closed);
+/// Of the materials without texture.
+double largest_reflectance(const Scene& scene);
 
 /// True when the rows of this scene are to be closed and are not yet.
 bool can_close_rows(const SolveState& state);

@@ -37,6 +37,7 @@ std::string fingerprint(const Scene& scene) {
     for (const double x : m.emitted_exitance) add_to(sum, x);
     for (const double x : m.transmission) add_to(sum, x);
     if (m.is_glass()) add_to(sum, m.ior);
+    if (m.texture != no_texture) add_to(sum, m.texture);
   }
   for (const PunctualLight& l : scene.lights) {
     add_to(sum, l.kind);
@@ -44,6 +45,12 @@ std::string fingerprint(const Scene& scene) {
     for (const double x : l.intensity) add_to(sum, x);
     add_to(sum, l.inner_cone_rad), add_to(sum, l.outer_cone_rad);
   }
+  for (const Texture& t : scene.textures) {
+    add_to(sum, t.width), add_to(sum, t.wrap);
+    sum.add(t.texels.data(), t.texels.size() * sizeof(float));
+  }
+  if (!scene.textures.empty())
+    for (const Polygon& p : scene.polygons) add_to(sum, p.uv);
   return fmt::format("{:016x}", sum.value());
 }
 

@@ -5,6 +5,8 @@
 #include <glm/geometric.hpp>
 #include <map>
 
+#include "scene/backs.hpp"
+
 namespace clrad {
 namespace {
 
@@ -88,8 +90,12 @@ std::vector<std::uint8_t> covered_points(Device& device, const Scene& scene, std
   const auto vertices = std::uint32_t(points.size());
   if (vertices == 0) return {};
   std::vector<float> normals;
-  for (const auto& t : triangles)
-    for (int k = 0; k < 3; ++k) normals.push_back(float(scene.polygons[t.polygon].normal()[k]));
+  for (const auto& t : triangles) {
+    // What has two sides has no back to be behind: of length 0, neither side of it counts as one.
+    const glm::dvec3 front =
+        has_back(scene, t.polygon) ? glm::dvec3(0) : scene.polygons[t.polygon].normal();
+    for (int k = 0; k < 3; ++k) normals.push_back(float(front[k]));
+  }
 
   const PointArray receivers(device, points, "receivers");
   const Array<float> direction(device, probe_directions(), "probe directions");

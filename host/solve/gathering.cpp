@@ -12,10 +12,9 @@ bool trace_all(Run& run) {
   SolveState& state = run.state;
   for (std::uint32_t p = 0; p < state.patches; ++p) {
     if (state.slot_of_patch[p] != 0xffffffffu) continue;
-    const Material& m = state.scene.materials[state.scene.polygons[state.mesh.patches[p].polygon].material];
     double most = 0;
     for (std::uint32_t b = 0; b < state.bands; ++b)
-      most = std::max({most, m.reflectance[b], m.emitted_exitance[b]});
+      most = std::max({most, state.reflectance(b, p), state.material(p).emitted_exitance[b]});
     if (!(most > 0) || !(state.exposed[p] > 0)) continue;
     if (!run.goes_on(1)) return false;
     trace(state, p);

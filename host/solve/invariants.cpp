@@ -40,10 +40,11 @@ void account_energy(SolveState& state, Solution& solution) {
       emitted += patch.area_m2 * state.exposed[p] * m.emitted_exitance[b];
       // Of what meets glass, what it does not scatter may have passed: how much it absorbed is not known.
       if (!(state.through_glass && m.is_glass()))
-        absorbed += patch.area_m2 * (1 - m.reflectance[b]) * solution.patch_irradiance[i];
+        absorbed += patch.area_m2 * (1 - state.reflectance(b, p)) * solution.patch_irradiance[i];
       left += patch.area_m2 * state.exposed[p] * unshot[i];
       // Without interreflection, what is reflected goes no further.
-      if (!state.interreflection) left += patch.area_m2 * m.reflectance[b] * solution.patch_irradiance[i];
+      if (!state.interreflection)
+        left += patch.area_m2 * state.reflectance(b, p) * solution.patch_irradiance[i];
     }
     energy.emitted.push_back(emitted);
     energy.absorbed.push_back(absorbed);

@@ -36,17 +36,31 @@ std::vector<double> node_radiosity(const Solution& solution) {
   std::vector<double> radiosity(count * solution.bands);
   const std::vector<double> exposed = exposed_shares(mesh, solution.vertex_covered);
   for (std::size_t p = 0; p < patches; ++p) {
-    const Material& m = solution.scene.materials[solution.scene.polygons[mesh.patches[p].polygon].material];
+    const Material& m = solution.material_of(mesh.patches[p].polygon);
     for (std::uint32_t b = 0; b < solution.bands; ++b)
       radiosity[b * count + p] =
           m.emitted_exitance[b] +
-          (exposed[p] > 0 ? m.reflectance[b] / exposed[p] : 0) * solution.patch_irradiance[b * patches + p];
+          (exposed[p] > 0 ? solution.patch_reflectance(b, std::uint32_t(p)) / exposed[p] : 0) *
+              solution.patch_irradiance[b * patches + p];
   }
   std::vector<double> of_vertex(solution.vertex_count());
   for (std::uint32_t b = 0; b < solution.bands; ++b) {
-    for (std::uint32_t v = 0; v < of_vertex.size(); ++v)
-      of_vertex[v] = solution.vertex_radiosity(b, v, mesh.receivers[v].surface);
-    const auto averages = element_averages(mesh, solution.vertex_covered, of_vertex);
+    // On a texture the element's own reflectance counts, which differs from those around its corners.
+    const auto textured = [&](std::uint32_t polygon) {
+      return !solution.textured.element.empty() && solution.material_of(polygon).texture != no_texture;
+    };
+    for (std::uint32_t v = 0; v < of_vertex.size(); ++v) {
+      const std::uint32_t polygon = mesh.receivers[v].surface;
+      of_vertex[v] = textured(polygon) ? solution.vertex_irradiance[std::size_t(b) * of_vertex.size() + v]
+                                       : solution.vertex_radiosity(b, v, polygon);
+    }
+    auto averages = element_averages(mesh, solution.vertex_covered, of_vertex);
+    for (std::size_t e = 0; e < averages.size() && !solution.textured.element.empty(); ++e) {
+      const std::uint32_t polygon = mesh.patches[mesh.elements[e].patch].polygon;
+      if (textured(polygon))
+        averages[e] = solution.material_of(polygon).emitted_exitance[b] +
+                      solution.textured.element[b * averages.size() + e] * averages[e];
+    }
     std::copy(averages.begin(), averages.end(), radiosity.begin() + std::ptrdiff_t(b * count + patches));
   }
   return radiosity;

@@ -39,10 +39,9 @@ double mean_reflected(SolveState& state) {
   double reflected = 0, area = 0;
   for (std::uint32_t p = 0; p < state.patches; ++p) {
     const Patch& patch = state.mesh.patches[p];
-    const Material& m = state.scene.materials[state.scene.polygons[patch.polygon].material];
     area += patch.area_m2;
     for (std::uint32_t b = 0; b < state.bands; ++b)
-      reflected += patch.area_m2 * m.reflectance[b] *
+      reflected += patch.area_m2 * state.reflectance(b, p) *
                    (irradiance[std::size_t(b) * state.patches + p] + ambient[b]) / state.bands;
   }
   return area > 0 ? reflected / area : 0;
@@ -91,11 +90,9 @@ Marks mark(SolveState& state, const Frame& frame, double tolerated) {
       levels_left.push_back(last - std::min(last, e.level));
     }
   }
-  for (std::uint32_t p = 0; p < state.patches; ++p) {
-    const Material& m = state.scene.materials[state.scene.polygons[mesh.patches[p].polygon].material];
+  for (std::uint32_t p = 0; p < state.patches; ++p)
     for (std::uint32_t b = 0; b < state.bands; ++b)
-      reflectance[std::size_t(b) * state.patches + p] = m.reflectance[b];
-  }
+      reflectance[std::size_t(b) * state.patches + p] = state.reflectance(b, p);
   for (const auto& at : mesh.lattice) {
     const auto zeros = std::uint32_t(std::countr_zero(at[0] | at[1]));
     made_at.push_back(lattice_depth - std::min(zeros, lattice_depth));
@@ -184,9 +181,8 @@ std::vector<double> ambient_irradiance(SolveState& state) {
     double power = 0, reflecting = 0, area = 0;
     for (std::uint32_t p = 0; p < state.patches; ++p) {
       const Patch& patch = state.mesh.patches[p];
-      const Material& m = state.scene.materials[state.scene.polygons[patch.polygon].material];
       area += patch.area_m2;
-      reflecting += patch.area_m2 * m.reflectance[b];
+      reflecting += patch.area_m2 * state.reflectance(b, p);
       power += patch.area_m2 * state.exposed[p] * unshot[std::size_t(b) * state.patches + p];
     }
     if (area > 0 && reflecting < area) result[b] = power / (area - reflecting);

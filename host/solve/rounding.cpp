@@ -113,9 +113,7 @@ void bound_rounding(SolveState& state, Solution& solution) {
     double area = 0;
     for (std::uint32_t p = 0; p < n; ++p) {
       const std::size_t i = std::size_t(b) * n + p;
-      const double share = state.mesh.patches[p].area_m2,
-                   rho = state.scene.materials[state.scene.polygons[state.mesh.patches[p].polygon].material]
-                             .reflectance[b];
+      const double share = state.mesh.patches[p].area_m2, rho = state.reflectance(b, p);
       bands[b].irradiance += share * solution.patch_irradiance[i], area += share;
       if (state.slot_of_patch[p] == 0xffffffffu) continue;
       const bool closed = is_closed_row(state, p);

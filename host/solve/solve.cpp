@@ -12,9 +12,11 @@
 #include "effects/colour.hpp"
 #include "mesh/average.hpp"
 #include "mesh/build.hpp"
+#include "mesh/texture.hpp"
 #include "scene/enclosure.hpp"
 #include "scene/planes.hpp"
 #include "scene/range.hpp"
+#include "scene/texture.hpp"
 #include "solve/balance.hpp"
 #include "solve/check_options.hpp"
 #include "solve/checkpoint.hpp"
@@ -162,7 +164,8 @@ Solution solve_bands(Device& device, const Scene& scene, const SolveOptions& opt
   }
 
   SolveState state(device, scene, solution.mesh, solution.bands, *engine, options, solution.vertex_covered,
-                   solution.frame.metres(), glass.get());
+                   solution.frame.metres(), glass.get(),
+                   runs(effects, "textures") ? &solution.textured : nullptr);
   state.occlusion = occlusion;
   state.interreflection = runs(effects, "interreflection");
   state.through_glass = glass && scene_needs(effects, "transmission");
@@ -214,6 +217,8 @@ Solution solve_bands(Device& device, const Scene& scene, const SolveOptions& opt
   warn_of_specular(state, report);
   if (state.direct) warn_of_lights(*state.direct, report.warnings);
   report.error.parts.push_back({"convergence", solution.unshot_relative, false});
+  if (has_textures(scene) && runs(effects, "textures"))
+    report.error.parts.push_back({"texture within patches", texture_correlation(solution), false});
   bound_rounding(state, solution);
   note_left_out(report);
   report.error.total_relative = NAN;  // the other parts are not estimated yet
@@ -236,12 +241,15 @@ SolveOptions as_planned(SolveOptions options, const std::vector<Effect>& effects
 
 }  // namespace
 
-Solution solve(Device& device, const Scene& scene, const SolveOptions& options) {
+Solution solve(Device& device, const Scene& given, const SolveOptions& options) {
   check_options(options);
-  require_range(scene);
-  require_sensors_near(scene, options.sensors);
+  require_range(given);
+  require_sensors_near(given, options.sensors);
   const auto start = Clock::now();
-  const std::vector<Effect> effects = plan_effects(scene, options);
+  const std::vector<Effect> effects = plan_effects(given, options);
+  Scene scene = given;
+  if (has_textures(scene) && !runs(effects, "textures")) scene = with_mean_colours(std::move(scene));
+  if (runs(effects, "two_sided")) scene = with_backs(std::move(scene));
   const SolveOptions chosen = as_planned(options, effects);
   Solution solution;
   if (runs(effects, "colour") || scene.bands.size() == 1) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mesh/texture.hpp"
 #include "solve/covered.hpp"
 #include "solve/transmission.hpp"
 
@@ -10,7 +11,8 @@ namespace clrad {
 
 SolveState::SolveState(Device& device_, const Scene& scene_, Mesh& mesh_, std::uint32_t bands_,
                        VisibilityEngine& engine_, const SolveOptions& options_,
-                       std::vector<std::uint8_t>& covered_, double metres_per_unit_, const Glass* glass_)
+                       std::vector<std::uint8_t>& covered_, double metres_per_unit_, const Glass* glass_,
+                       Reflectances* textured_)
     : device(device_),
       scene(scene_),
       mesh(mesh_),
@@ -22,6 +24,7 @@ SolveState::SolveState(Device& device_, const Scene& scene_, Mesh& mesh_, std::u
       metres_per_unit(metres_per_unit_),
       glass(glass_),
       colours(glass_ ? glass_->colours() : 1),
+      textured(textured_),
       patch_area(device_, patches, "patch areas"),
       patch_rho(device_, std::uint64_t(bands_) * patches, "patch reflectances"),
       patch_emitted(device_, std::uint64_t(bands_) * patches, "patch emission"),
@@ -70,6 +73,7 @@ void SolveState::take_mesh() {
   factors = RealArray(device, vertices, "form factors");
   column = RealArray(device, std::uint64_t(colours) * vertices, "a column");
   exposed = exposed_shares(mesh, covered_on_host);
+  if (textured) *textured = average_textures(device, scene, mesh, covered_on_host);
   upload_patches();
 }
 
@@ -78,14 +82,14 @@ void SolveState::upload_patches() {
   double emitted_now = 0;
   for (std::uint32_t p = 0; p < patches; ++p) {
     const Patch& patch = mesh.patches[p];
-    const Material& material = scene.materials[scene.polygons[patch.polygon].material];
+    const Material& of_patch = material(p);
     // What is covered neither shoots nor reflects: radiosity is that of the exposed part.
     const double share = exposed[p];
     area.push_back(patch.area_m2 * share);
     for (std::uint32_t b = 0; b < bands; ++b) {
-      rho[std::size_t(b) * patches + p] = share > 0 ? material.reflectance[b] / share : 0;
-      emitted[std::size_t(b) * patches + p] = material.emitted_exitance[b];
-      emitted_now += patch.area_m2 * share * material.emitted_exitance[b];
+      rho[std::size_t(b) * patches + p] = share > 0 ? reflectance(b, p) / share : 0;
+      emitted[std::size_t(b) * patches + p] = of_patch.emitted_exitance[b];
+      emitted_now += patch.area_m2 * share * of_patch.emitted_exitance[b];
     }
   }
   // Samples of a shooter follow from it: they stay what they are when the mesh grows.

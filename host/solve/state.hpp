@@ -21,10 +21,11 @@ class Glass;
 /// irradiances in W/m^2.
 class SolveState {
  public:
-  /// `mesh` and `covered` (a byte a vertex) may grow in adaptive subdivision; take_mesh() follows.
+  /// `mesh` and `covered` (a byte a vertex) may grow in adaptive subdivision; take_mesh() follows. `textured`, where there is
+  /// one, gets the means of textures over that mesh and has to outlive this; without, each polygon has its material's reflectance.
   SolveState(Device& device, const Scene& scene, Mesh& mesh, std::uint32_t bands, VisibilityEngine& engine,
              const SolveOptions& options, std::vector<std::uint8_t>& covered, double metres_per_unit,
-             const Glass* glass = nullptr);
+             const Glass* glass = nullptr, Reflectances* textured = nullptr);
 
   Device& device;
   const Scene& scene;
@@ -35,6 +36,7 @@ class SolveState {
   VisibilityEngine& engine;
   const SolveOptions& options;
   const double metres_per_unit;  ///< length of one frame unit
+  Reflectances* const textured;  ///< or null
   const Glass* const glass;      ///< null: no light passes any
   bool through_glass = false;    ///< light reaches something by way of it
   /// Columns that a shooter has: 1, or one a band where glass is coloured. Band b takes number b % colours.
@@ -89,6 +91,14 @@ class SolveState {
   std::vector<double> near_field;
   std::uint64_t column_budget_bytes = 0, column_bytes = 0;  ///< of kept columns: at most, and now
 
+  const Material& material(std::uint32_t patch) const {
+    return scene.materials[scene.polygons[mesh.patches[patch].polygon].material];
+  }
+  /// Mean reflectance over a patch.
+  double reflectance(std::uint32_t band, std::uint32_t patch) const {
+    return textured ? textured->patch[std::size_t(band) * patches + patch]
+                    : material(patch).reflectance[band];
+  }
   /// A slot for the column of `patch`, growing the array of columns when it is full.
   std::uint32_t add_slot(std::uint32_t patch);
   /// Room for one more vertex column inside the budget, or null.

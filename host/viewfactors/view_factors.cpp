@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 #include <map>
+#include <optional>
 
 #include "viewfactors/integrate.hpp"
 #include "viewfactors/pairs.hpp"
@@ -34,6 +35,7 @@ std::vector<std::uint32_t> rows_of(const Scene& scene, ViewFactorRows rows) {
   std::vector<std::uint32_t> row(scene.polygons.size());
   std::map<std::string, std::uint32_t> named;
   std::uint32_t count = 0;
+  std::optional<std::size_t> last[2];  // the last front and the last back
   for (std::size_t p = 0; p < row.size(); ++p) {
     const Polygon& polygon = scene.polygons[p];
     if (rows == ViewFactorRows::objects) {
@@ -43,10 +45,12 @@ std::vector<std::uint32_t> rows_of(const Scene& scene, ViewFactorRows rows) {
       continue;
     }
     // Pieces of one face follow each other and share its line.
-    const bool same = p > 0 && polygon.where.line > 0 &&
-                      polygon.where.line == scene.polygons[p - 1].where.line &&
-                      polygon.where.file == scene.polygons[p - 1].where.file;
-    row[p] = same ? row[p - 1] : count++;
+    std::optional<std::size_t>& before = last[polygon.back];
+    const bool same = before && polygon.where.line > 0 &&
+                      polygon.where.line == scene.polygons[*before].where.line &&
+                      polygon.where.file == scene.polygons[*before].where.file;
+    row[p] = same ? row[*before] : count++;
+    before = p;
   }
   return row;
 }
@@ -289,7 +293,8 @@ ViewFactors view_factors(Device& device, const Scene& scene, const ViewFactorOpt
     throw UsageError(fmt::format("the target error of view factors is {}; it is above 0 and at most 0.1",
                                  options.target_error));
   if (options.stack_pieces == 0) throw UsageError("stack_pieces is at least 1");
-  return ViewFactorRun(device, scene, options).result();
+  const Scene both_sides = with_backs(scene);
+  return ViewFactorRun(device, both_sides, options).result();
 }
 
 }  // namespace clrad

@@ -3,6 +3,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <string>
 #include <vector>
@@ -18,6 +19,19 @@ struct SourceLocation {
   std::string text() const;
 };
 
+/// How a texture goes on past its edges.
+enum class Wrap { repeat, mirror, clamp };
+
+/// A picture on surfaces. At coordinates (u, v) its value is interpolated bilinearly between the middles of the four
+/// texels around (u width, v height); (0, 0) is the corner of its first texel, and v runs with the rows.
+struct Texture {
+  std::string name;  ///< its file, or where it is embedded
+  std::uint32_t width = 0, height = 0;
+  std::array<Wrap, 2> wrap{};  ///< along u and v
+  std::vector<float> texels;   ///< [row][column][band], linear (sRGB decoded), dimensionless, in [0, 1)
+};
+constexpr std::uint32_t no_texture = 0xffffffffu;
+
 /// What a surface does with light, per band. Sizes: bands of the scene; `specular` and `transmission` may be
 /// empty where there is none. In a solve the diffuse part shoots and receives, and glass in the way of light
 /// passes its share straight on; when a picture is drawn, mirrors and glass are followed. Glass reflects by
@@ -26,25 +40,34 @@ struct SourceLocation {
 /// glass a thin sheet.
 struct Material {
   std::string name;
-  std::vector<double> reflectance;       ///< rho, dimensionless, in [0, 1)
+  /// rho, dimensionless, in [0, 1); with a texture what that is multiplied by, in [0, 1], and the product is in [0, 1).
+  std::vector<double> reflectance;
   std::vector<double> emitted_exitance;  ///< E = pi x the file's radiance [W/m^2 or lm/m^2], >= 0
   SourceLocation where;
   std::vector<double> specular{};      ///< share reflected as by a mirror; rho + specular + transmission <= 1
   std::vector<double> transmission{};  ///< share that passes; above 0 in a band: glass
   double ior = 1.5;                    ///< index of refraction of glass, >= 1
+  /// Polygons reflect and emit on both sides: with_backs() gives them a back. Glass does without: rays pass it from both
+  /// sides, and only its front reflects diffusely.
+  bool two_sided = false;
+  std::uint32_t texture = no_texture;  ///< of the diffuse reflectance: index into Scene::textures
 
   bool is_glass() const;   ///< some band is transmitted
   bool is_mirror() const;  ///< some band is mirrored, and it is not glass
 };
 
 /// A planar convex polygon of 3 or 4 corners, counter-clockwise seen from its front; it reflects and emits on
-/// that side only, and occludes from both.
+/// that side only, and occludes from both. A two-sided surface is two polygons back to back.
 struct Polygon {
   std::array<glm::dvec3, 4> corner{};  ///< [m]; the last is unused in a triangle
   std::uint32_t corners = 0;           ///< 3 or 4
   std::uint32_t material = 0;          ///< index into Scene::materials
   std::string name;                    ///< object or group name of the file; may repeat
   SourceLocation where;
+  /// This is the back of the polygon before it in Scene::polygons: the same corners the other way round. It lies in the
+  /// same plane and occludes nothing that its front does not.
+  bool back = false;
+  std::array<glm::dvec2, 4> uv{};  ///< texture coordinates of the corners, where the material has a texture
 
   double area_m2() const;
   glm::dvec3 normal() const;  ///< unit length, by the right-hand rule
@@ -101,11 +124,20 @@ struct Scene {
   std::vector<Camera> cameras;
   std::vector<Diagnostic> diagnostics;  ///< repairs and warnings met while reading
   std::vector<PunctualLight>
-      lights;  ///< in the quantity's unit; glTF has them in candela and lux, OBJ has none
+      lights;                     ///< in the quantity's unit; glTF has them in candela and lux, OBJ has none
+  std::vector<Texture> textures;  ///< those that materials name
+};
+
+/// Which materials are two-sided.
+enum class Sides {
+  as_file,  ///< those that the file says are (glTF's doubleSided; OBJ has no such word)
+  two,      ///< all
+  one,      ///< none
 };
 
 struct LoadOptions {
   double unit_m = 1.0;  ///< length of one unit of the file [m]
+  Sides sides = Sides::as_file;
 };
 
 /// Reads an OBJ (with MTL), glTF or GLB file, by the ending of its name, validates it and repairs by printed
@@ -118,11 +150,19 @@ Scene load_scene(const std::string& path, const LoadOptions& options = {});
 /// of range.
 std::vector<Diagnostic> check_scene(const std::string& path, const LoadOptions& options = {});
 
+/// The scene with a back right behind each polygon that has two sides: named as its front with " (back)" added, the first
+/// corner the same. No back is added where there is one, so doing it twice changes nothing, and none where it can be
+/// proven that no light comes: inside a closed convex solid that nothing else reaches into.
+Scene with_backs(Scene scene);
+
 /// True when some polygon is a mirror or glass.
 bool has_specular(const Scene& scene);
 
+/// True when some polygon's reflectance is a texture's.
+bool has_textures(const Scene& scene);
+
 /// True when the polygons form watertight surfaces that all face inward or outward consistently: every edge
-/// is shared by exactly two polygons, in opposite directions. T-junctions make it false.
+/// is shared by exactly two polygons, in opposite directions. T-junctions make it false. Backs do not count.
 bool is_watertight(const Scene& scene);
 
 }  // namespace clrad

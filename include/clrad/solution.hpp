@@ -94,6 +94,14 @@ struct Report {
   std::vector<std::pair<std::string, std::string>> options;  ///< as used: name, value
 };
 
+/// Diffuse reflectances in a scene with textures; all three are empty in one without, where each polygon has its
+/// material's. Dimensionless.
+struct Reflectances {
+  std::vector<double> element;  ///< [band][element], area means of the texture
+  std::vector<double> patch;    ///< [band][patch], area means of the elements'
+  std::vector<double> vertex;   ///< [band][vertex], area means of the elements' that have it as a corner
+};
+
 struct Solution {
   Scene scene;
   Frame frame;
@@ -109,14 +117,28 @@ struct Solution {
   bool stopped = false;        ///< ended before convergence, by the user or a budget
   double unshot_relative = 0;  ///< unshot / emitted power at the end
   Report report;
+  Reflectances textured;
 
   std::uint32_t vertex_count() const { return mesh.vertex_count(); }
+  const Material& material_of(std::uint32_t polygon) const {
+    return scene.materials[scene.polygons[polygon].material];
+  }
+  /// Mean reflectance over a patch.
+  double patch_reflectance(std::uint32_t band, std::uint32_t patch) const {
+    return textured.patch.empty() ? material_of(mesh.patches[patch].polygon).reflectance[band]
+                                  : textured.patch[std::size_t(band) * mesh.patches.size() + patch];
+  }
+  /// Mean reflectance around vertex v, which lies on polygon p.
+  double vertex_reflectance(std::uint32_t band, std::uint32_t vertex, std::uint32_t polygon) const {
+    return textured.vertex.empty() ? material_of(polygon).reflectance[band]
+                                   : textured.vertex[std::size_t(band) * vertex_count() + vertex];
+  }
   /// Radiosity B = E + rho H of vertex v, which lies on polygon p [W/m^2]. Not filled in for covered
   /// vertices.
   double vertex_radiosity(std::uint32_t band, std::uint32_t vertex, std::uint32_t polygon) const {
-    const Material& m = scene.materials[scene.polygons[polygon].material];
-    return m.emitted_exitance[band] +
-           m.reflectance[band] * vertex_irradiance[std::size_t(band) * vertex_count() + vertex];
+    return material_of(polygon).emitted_exitance[band] +
+           vertex_reflectance(band, vertex, polygon) *
+               vertex_irradiance[std::size_t(band) * vertex_count() + vertex];
   }
 };
 
@@ -125,6 +147,9 @@ struct Solution {
 /// what stands there and no light leaks in.
 /// With `ambient`, rho x Solution::ambient is added.
 std::vector<double> display_radiosity(const Solution& solution, bool ambient = false);
+/// The same, but with the irradiance H on polygons that have a texture: a picture shows E + rho H there, with the texture's
+/// own rho.
+std::vector<double> display_light(const Solution& solution, bool ambient = false);
 
 /// Area-weighted means of one polygon.
 struct PolygonMean {

@@ -71,8 +71,8 @@ struct ViewFactors {
 };
 
 /// Area-to-area factors by adaptive Gauss quadrature over one polygon of a pair of the exact form factor of its points to
-/// the visible part of the other; see kernels/viewfactors/integrate.cl. Polygons are one-sided and block from both
-/// sides; of coplanar ones facing the same way the later lies on top, and what it covers sees nothing. Each pair is
+/// the visible part of the other; see kernels/viewfactors/integrate.cl. Polygons are one-sided, but for those
+/// whose material is two-sided: their backs have rows of their own. All block from both sides; of coplanar ones facing the same way the later lies on top, and what it covers sees nothing. Each pair is
 /// integrated once, F_ji = A_i F_ij / A_j. Use a device of Precision::float64 for errors below about 1e-4.
 /// Throws UsageError (options) or DeviceError.
 ViewFactors view_factors(Device& device, const Scene& scene, const ViewFactorOptions& options = {});

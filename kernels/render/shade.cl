@@ -13,7 +13,8 @@
 
 /* seen[i]: from the triangle that ray i meets to the polygon it sees. In a plane polygons may overlap, and an engine may
  * name any of them. Of those that contain the point the last in the file that shows its front is seen; where all
- * show their backs, the last of them. layers: per polygon those of its plane that overlap it, in rising order. */
+ * show their backs, the last of them. Of a two-sided polygon the engine names the front, and its back is seen from
+ * behind, whatever rounding says of the outline. layers: per polygon those of its plane that overlap it, in rising order. */
 __kernel void find_seen(__global const CLRAD_POINT_T* origins, __global const CLRAD_POINT_T* targets,
                         __global uint* seen, uint rays, __global const uint* polygon_of, __global const REAL* polygons,
                         __global const uint* layer_start, __global const uint* layers) {
@@ -22,7 +23,9 @@ __kernel void find_seen(__global const CLRAD_POINT_T* origins, __global const CL
   const uint hit = polygon_of[seen[ray]], first = layer_start[hit], last = layer_start[hit + 1];
   uint top = hit;
   if (first < last) {
-    int front = clrad_meet(polygons + (ulong)hit * CLRAD_POLYGON_REALS, origins + ray, targets + ray).facing < (REAL)0;
+    __global const REAL* table = polygons + (ulong)hit * CLRAD_POLYGON_REALS;
+    int front = clrad_meet(table, origins + ray, targets + ray).facing < (REAL)0;
+    if (!front && table[18] != (REAL)0) top = hit + 1, front = 1;
     for (uint l = first; l < last; ++l) {
       __global const REAL* other = polygons + (ulong)layers[l] * CLRAD_POLYGON_REALS;
       const clrad_seen s = clrad_meet(other, origins + ray, targets + ray);

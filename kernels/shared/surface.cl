@@ -12,7 +12,7 @@
 #include "shared/math.cl"
 
 /* The table of a polygon, as host/render/surfaces.cpp makes it: corner 0 hi, lo, normal, dual of e1, dual of e2 (three
- * reals each), p, q, and 1 for a quad, 0 for a triangle. */
+ * reals each), p, q, 1 for a quad, 0 for a triangle, and 1 where the next polygon is its back, else 0. */
 #define CLRAD_POLYGON_REALS 20
 /* Its axes, kept apart because only what starts on polygons needs them: e1 hi, lo, e2 hi, lo. */
 #define CLRAD_AXES_REALS 12

@@ -28,7 +28,7 @@ __kernel void probe_rays(__global const CLRAD_POINT_T* receivers, __global const
   ends[i] = end;
 }
 
-/* covered[v] = 1 when every ray of v met a back face; front[t] is the triangle's normal. */
+/* covered[v] = 1 when every ray of v met a back face; normal[3 t ..] is the triangle's, 0 where it has two sides. */
 __kernel void probe_verdict(__global const CLRAD_POINT_T* origins, __global const CLRAD_POINT_T* ends,
                             __global const uint* hit, __global const float* normal, __global uint* covered, uint first,
                             uint count) {

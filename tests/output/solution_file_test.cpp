@@ -30,6 +30,17 @@ Solution full_solution() {
                      0.1,
                      0.2,
                      {"a.gltf", 0, "node 3"}}};
+  s.scene.textures = {{"a.png", 2, 1, {Wrap::clamp, Wrap::mirror}, {0, 0.25f, 0.5f, 0.75f, 0.9f, 0.1f}}};
+  s.scene.materials[0].texture = 0;
+  s.scene.materials[0].two_sided = true;
+  s.scene.polygons[0].uv = {glm::dvec2(0.1, 0.2), glm::dvec2(-3, 4), glm::dvec2(5, 6), glm::dvec2(7, 1e-300)};
+  s.scene.polygons.back().back = s.scene.polygons.size() > 1;
+  const auto shares = [&](std::size_t count) {
+    std::vector<double> values(s.bands * count);
+    for (std::size_t i = 0; i < values.size(); ++i) values[i] = double(i % 97) / 97;
+    return values;
+  };
+  s.textured = {shares(s.mesh.elements.size()), shares(s.mesh.patches.size()), shares(s.vertex_count())};
   s.mesh.patch_edge_m = 0.6, s.mesh.element_edge_m = 0.3;
   s.mesh.receivers[5].plane = 77;
   s.vertex_covered[3] = s.vertex_covered[4] = 1;
@@ -77,6 +88,8 @@ void expect_same_scene(const Scene& a, const Scene& b) {
     expect_same_bits(a.materials[m].reflectance, b.materials[m].reflectance, "reflectance");
     expect_same_bits(a.materials[m].emitted_exitance, b.materials[m].emitted_exitance, "exitance");
     EXPECT_TRUE(same(a.materials[m].where, b.materials[m].where));
+    EXPECT_EQ(a.materials[m].two_sided, b.materials[m].two_sided);
+    EXPECT_EQ(a.materials[m].texture, b.materials[m].texture);
   }
   ASSERT_EQ(a.lights.size(), b.lights.size());
   for (std::size_t l = 0; l < a.lights.size(); ++l) {
@@ -96,6 +109,15 @@ void expect_same_scene(const Scene& a, const Scene& b) {
     EXPECT_EQ(a.polygons[p].material, b.polygons[p].material);
     EXPECT_EQ(a.polygons[p].name, b.polygons[p].name);
     EXPECT_TRUE(same(a.polygons[p].where, b.polygons[p].where));
+    EXPECT_EQ(a.polygons[p].back, b.polygons[p].back);
+    EXPECT_EQ(a.polygons[p].uv, b.polygons[p].uv);
+  }
+  ASSERT_EQ(a.textures.size(), b.textures.size());
+  for (std::size_t t = 0; t < a.textures.size(); ++t) {
+    EXPECT_EQ(a.textures[t].name, b.textures[t].name);
+    EXPECT_EQ(std::tie(a.textures[t].width, a.textures[t].height, a.textures[t].wrap),
+              std::tie(b.textures[t].width, b.textures[t].height, b.textures[t].wrap));
+    expect_same_bits(a.textures[t].texels, b.textures[t].texels, "texels");
   }
   ASSERT_EQ(a.cameras.size(), b.cameras.size());
   for (std::size_t c = 0; c < a.cameras.size(); ++c) {
@@ -153,6 +175,9 @@ TEST_F(SolutionFile, RoundTripKeepsEveryBit) {
   expect_same_bits(s.vertex_covered, t.vertex_covered, "covered");
   expect_same_bits(s.patch_irradiance, t.patch_irradiance, "patches");
   expect_same_bits(s.ambient, t.ambient, "ambient");
+  expect_same_bits(s.textured.element, t.textured.element, "element reflectances");
+  expect_same_bits(s.textured.patch, t.textured.patch, "patch reflectances");
+  expect_same_bits(s.textured.vertex, t.textured.vertex, "vertex reflectances");
   ASSERT_EQ(t.sensors.size(), 1u);
   EXPECT_EQ(t.sensors[0].position_m, s.sensors[0].position_m);
   EXPECT_EQ(t.sensors[0].normal, s.sensors[0].normal);

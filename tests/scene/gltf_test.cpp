@@ -179,6 +179,7 @@ TEST(SceneGltf, Warnings) {
   Gltf g = square();
   Json& material = g.json["materials"][0];
   material["doubleSided"] = true;
+  material["extensions"]["KHR_materials_transmission"]["transmissionFactor"] = 0.1;
   material["alphaMode"] = "BLEND";
   material["emissiveTexture"] = {{"index", 0}};
   g.json["textures"] = {{{"source", 0}}};

@@ -212,7 +212,7 @@ TEST(SceneObj, WarningsOfMaterialsAndElements) {
   Folder folder;
   folder.write(
       "a.mtl",
-      "newmtl m\nKd 0.5 0.5 0.5\nKe 1 1 1\nmap_Kd wood.png\nd 0.5\nnewmtl m\nKd 0.1 0.1 0.1\nnewmtl bare\n");
+      "newmtl m\nKd 0.5 0.5 0.5\nKe 1 1 1\nmap_Ke wood.png\nd 0.5\nnewmtl m\nKd 0.1 0.1 0.1\nnewmtl bare\n");
   const Scene scene =
       load_scene(folder.write("a.obj", std::string("mtllib a.mtl\nusemtl m\nl 1 2\np 1\n") + kTriangle));
   EXPECT_EQ(scene.materials[scene.polygons[0].material].reflectance, std::vector{0.5});
