@@ -36,11 +36,11 @@ class SolveState {
   VisibilityEngine& engine;
   const SolveOptions& options;
   const double metres_per_unit;  ///< length of one frame unit
-  Reflectances* const textured;  ///< or null
   const Glass* const glass;      ///< null: no light passes any
   bool through_glass = false;    ///< light reaches something by way of it
   /// Columns that a shooter has: 1, or one a band where glass is coloured. Band b takes number b % colours.
   const std::uint32_t colours;
+  Reflectances* const textured;  ///< or null
 
   // Effects that run (clrad/effects.hpp).
   bool occlusion = true;        ///< something may stand between two surfaces

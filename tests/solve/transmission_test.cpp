@@ -22,8 +22,6 @@
 namespace clrad {
 namespace {
 
-constexpr double pi = std::numbers::pi;
-
 Material diffuse(const std::vector<double>& rho, const std::vector<double>& emitted) {
   Material m;
   m.name = "diffuse";
@@ -85,7 +83,7 @@ double lamp_factor(const glm::dvec3& p, const std::function<double(double)>& pas
     for (int j = 0; j < n; ++j) {
       const glm::dvec3 r = glm::dvec3((i + 0.5) / n - 0.5, (j + 0.5) / n - 0.5, 1) - p;
       const double r2 = glm::dot(r, r), cosine = r.z / std::sqrt(r2);
-      sum += cosine * cosine / (pi * r2) / (n * n) * passes(cosine);
+      sum += cosine * cosine / (std::numbers::pi * r2) / (n * n) * passes(cosine);
     }
   return sum;
 }
