@@ -17,7 +17,7 @@ namespace clrad {
 namespace {
 
 // Costs in units of one form factor (the probe below), from profiles of the Cornell box, the furnace and the office
-// (`./run bench predict` prints predicted and actual side by side).
+// (`./run bench effects` prints predicted and actual side by side).
 constexpr double cost_of_ray = 0.10, cost_of_glass = 0.5, cost_of_weighing = 0.30, cost_of_vertex = 0.30,
                  cost_of_near_field = 0.30, cost_of_covered = 6, cost_of_triangle = 4, cost_of_band = 0.02,
                  cost_of_sensor_ray = 1.0, cost_of_element_on_host = 3, cost_of_launch_s = 20e-6;
@@ -50,6 +50,18 @@ std::vector<Group> groups_of(const Scene& scene, const MeshCounts& counts) {
   return all;
 }
 
+// Mean over bands [W or lm]. Of a directional light, what arrives on surfaces that are turned every way: a quarter of their area
+// faces it.
+double power_of_lights(const Scene& scene, double area) {
+  double power = 0;
+  for (const PunctualLight& l : scene.lights) {
+    const double intensity =
+        std::accumulate(l.intensity.begin(), l.intensity.end(), 0.0) / double(l.intensity.size());
+    power += intensity * (l.kind == PunctualLight::Kind::directional ? area / 4 : l.solid_angle_sr());
+  }
+  return power;
+}
+
 struct Shoots {
   double direct = 0, reflected = 0, rays_per_receiver = 0;
 };
@@ -65,6 +77,9 @@ Shoots count_shoots(const Scene& scene, const MeshCounts& counts, const SolveOpt
     g.own = g.emitted;
     area += g.area, emitted += g.area * g.emitted;
   }
+  // What lights bring is the light that has been shot at first, though by no patch.
+  const double from_lights = interreflection ? power_of_lights(scene, area) : 0;
+  emitted += from_lights;
   Shoots shoots;
   if (!(emitted > 0)) return shoots;
   const auto samples = [&](const Group& g) {
@@ -83,7 +98,7 @@ Shoots count_shoots(const Scene& scene, const MeshCounts& counts, const SolveOpt
     for (Group& g : groups) trace(g, g.patches);
     return shoots;
   }
-  double density = 0;  // of all light shot so far, per area
+  double density = from_lights / area;  // of all light shot so far, per area
   constexpr double steps_per_group = 32;
   for (int step = 0; step < 10000; ++step) {
     const auto unshot = [&](const Group& g) {
@@ -154,8 +169,7 @@ Prediction predict(Device& device, const Scene& scene, const SolveOptions& optio
 
   // A shoot without visibility: its factors, and passes over all vertices and elements.
   const double per_shoot =
-      unit * (facing + counts.vertices * (cost_of_vertex + (options.near_field ? cost_of_near_field : 0))) +
-      launches_per_shoot * cost_of_launch_s;
+      unit * (facing + counts.vertices * cost_of_vertex) + launches_per_shoot * cost_of_launch_s;
   const double per_ray = unit * (cost_of_ray + cost_of_weighing);
   const double ray_share = result.shoots > 0 ? rays / result.shoots : 0;
   const double columns = real * (counts.patches + counts.vertices) * result.shoots;
@@ -184,7 +198,13 @@ Prediction predict(Device& device, const Scene& scene, const SolveOptions& optio
       part.seconds = rays * unit * cost_of_glass;
       // Coloured glass: a column a band.
       if (glass_colours(scene) > 1) part.device_bytes = (bands - 1) * columns;
-    } else if (effect.runs && effect.name == "subdivision") {
+    } else if (effect.runs && effect.name == "near_field") {
+      part.seconds = unit * cost_of_near_field * counts.vertices * result.shoots;
+      part.device_bytes = counts.elements * real * (8 + 4 * bands);
+    } else if (effect.runs && effect.name == "lights") {
+      part.seconds = unit * (cost_of_vertex + cost_of_ray) * counts.vertices * double(scene.lights.size());
+      part.device_bytes = 2 * bands * real * (counts.vertices + counts.patches);
+    } else if (effect.runs && (effect.name == "subdivision" || effect.name == "specular")) {
       part.seconds = part.device_bytes = NAN;
     }
     result.parts.push_back(part);
