@@ -55,11 +55,15 @@ __kernel void through_glass(__global const CLRAD_POINT_T* origins, __global cons
   const uint run = samples ? samples : 1, chosen = first + (uint)(r / run), k = (uint)(r % run), words = (run + 31) / 32;
   if (masks[(ulong)chosen * words + k / 32] >> (k & 31) & 1) return;
   const uint origin = use_active ? active[chosen] : chosen;
-  const clrad_segment s = clrad_make_segment(origins + origin, targets + (samples ? k : origin));
-  const float dx = CLRAD_DIFFERENCE(s.bx, s.bx_lo, s.ax, s.ax_lo), dy = CLRAD_DIFFERENCE(s.by, s.by_lo, s.ay, s.ay_lo),
-              dz = CLRAD_DIFFERENCE(s.bz, s.bz_lo, s.az, s.az_lo);
+  __global const CLRAD_POINT_T* from = origins + origin;
+  __global const CLRAD_POINT_T* to = targets + (samples ? k : origin);
+  const float x = (float)from->x, y = (float)from->y, z = (float)from->z;
+  const float ex = (float)to->x - x, ey = (float)to->y - y, ez = (float)to->z - z;
   for (uint block = 0; block < blocks; ++block) {
-    if (!near_box(boxes + 6 * block, s.ax, s.ay, s.az, dx, dy, dz)) continue;
+    if (!near_box(boxes + 6 * block, x, y, z, ex, ey, ez)) continue;
+    const clrad_segment s = clrad_make_segment(from, to);
+    const float dx = CLRAD_DIFFERENCE(s.bx, s.bx_lo, s.ax, s.ax_lo), dy = CLRAD_DIFFERENCE(s.by, s.by_lo, s.ay, s.ay_lo),
+                dz = CLRAD_DIFFERENCE(s.bz, s.bz_lo, s.az, s.az_lo);
     const uint end = block_first[block + 1];
     for (uint i = block_first[block]; i < end;) {
       const uint plane = triangles[i].plane;

@@ -496,7 +496,7 @@ TEST(Transmission, ForceAndWithout) {
   EXPECT_FALSE(effect_of(without.report.effects, "transmission").runs);
   EXPECT_EQ(stage_of(without.report, glass_stage), nullptr);
   ASSERT_FALSE(without.report.warnings.empty());
-  EXPECT_NE(without.report.warnings[0].find("--without transmission"), std::string::npos);
+  EXPECT_NE(without.report.warnings[0].find("transmission was left out"), std::string::npos);
   Scene opaque = scene;
   for (Material& m : opaque.materials) m.transmission.clear();
   options.without.clear();
