@@ -94,10 +94,13 @@ std::vector<Solid> dark_solids(const Scene& scene, const std::vector<std::uint32
       solid.normal.push_back(scene.polygons[p].normal());
       solid.box.add(scene.polygons[p]);
     }
-    const bool camera_inside =
-        std::any_of(scene.cameras.begin(), scene.cameras.end(),
-                    [&, &box = solid.box](const Camera& c) { return box.contains(c.eye); });
-    if (!camera_inside && is_convex_solid(scene, solid)) solids.push_back(std::move(solid));
+    const bool eye_inside = std::any_of(scene.cameras.begin(), scene.cameras.end(),
+                                        [&box = solid.box](const Camera& c) { return box.contains(c.eye); });
+    const bool light_inside =
+        std::any_of(scene.lights.begin(), scene.lights.end(), [&box = solid.box](const PunctualLight& l) {
+          return l.kind != PunctualLight::Kind::directional && box.contains(l.position_m);
+        });
+    if (!eye_inside && !light_inside && is_convex_solid(scene, solid)) solids.push_back(std::move(solid));
   }
   return solids;
 }

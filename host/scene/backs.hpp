@@ -15,7 +15,7 @@ struct TwoSided {
 /// Looks at materials first: without a two-sided one, at nothing else.
 ///
 /// A back is left out where it bounds the inside of a closed surface that is convex (every corner on or behind every
-/// face), emits nothing, has no glass, and has no other polygon and no camera reaching inside: light that is not there at
+/// face), emits nothing, has no glass, and has no other polygon, no light and no camera in it: light that is not there at
 /// first never gets there.
 TwoSided find_two_sided(const Scene& scene);
 

@@ -33,8 +33,10 @@ std::string reason_of(std::string text) {
 }
 
 // The library would multiply colours by alpha, which is not used.
-OIIO::ImageSpec unassociated() {
+OIIO::ImageSpec unassociated(OIIO::Filesystem::IOProxy* memory = nullptr) {
   OIIO::ImageSpec spec;
+  // With a configuration, the library looks for what it reads from in there.
+  if (memory) spec.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, static_cast<void*>(&memory));
   spec.attribute("oiio:UnassociatedAlpha", 1);
   return spec;
 }
@@ -208,7 +210,7 @@ Texture decode_texture(std::string_view bytes, const std::string& name) {
   const bool jpeg = bytes.starts_with("\xFF\xD8"), png = bytes.starts_with("\x89PNG");
   OIIO::Filesystem::IOMemReader memory(const_cast<char*>(bytes.data()), bytes.size());
   const std::string as = jpeg ? "image.jpg" : png ? "image.png" : name;
-  const OIIO::ImageSpec as_stored = unassociated();
+  const OIIO::ImageSpec as_stored = unassociated(&memory);
   const auto input = OIIO::ImageInput::open(as, &as_stored, &memory);
   if (!input) throw InputError(fmt::format("{}: cannot be read as an image: {}", name, reason_of("")));
   return texture_of(*input, name);

@@ -81,7 +81,7 @@ TEST(Textures, NothingHappensWhereThereIsNone) {
   EXPECT_TRUE(textures_effect(textured.report).needed);
   EXPECT_NE(textures_effect(textured.report).reason.find("6 of 6 polygons"), std::string::npos);
   ASSERT_NE(texture_stage(textured.report), nullptr);
-  EXPECT_EQ(texture_stage(textured.report)->launches, 1u);
+  EXPECT_GT(texture_stage(textured.report)->launches, 0u);
   EXPECT_GT(texture_stage(textured.report)->bytes, 0u);
 
   const Solution plain = solve(without, cube(nullptr, 0.5), cube_options());

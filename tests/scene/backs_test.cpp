@@ -119,6 +119,12 @@ TEST(SceneBacks, InsidesOfSolidsAreDarkUnlessSomethingReachesIn) {
   seen.cameras = {{"inside", {1.5, 1.5, 0.5}, {0, 0, 0}, {0, 0, 1}, 0.7}};
   EXPECT_EQ(find_two_sided(seen).dark, 0u) << "a camera in it";
 
+  Scene bulb = scene;
+  PunctualLight light;
+  light.position_m = {1.5, 1.5, 0.5};
+  bulb.lights = {light};
+  EXPECT_EQ(find_two_sided(bulb).dark, 0u) << "a light in it";
+
   Scene lit = scene;
   lit.materials[two_sided_paper].emitted_exitance = {1};
   EXPECT_EQ(find_two_sided(lit).dark, 0u) << "it emits inwards";
