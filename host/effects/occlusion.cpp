@@ -2,25 +2,22 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
-#include <map>
 #include <numeric>
 #include <optional>
 #include <span>
 
 #include "clrad/frame.hpp"
 #include "effects/effects.hpp"
-#include "scene/planes.hpp"
 
 namespace clrad {
 namespace {
 
-// Corners may be this far behind a plane [frame]: what planes.hpp takes for being in it.
+// Corners may be this far behind a plane [frame]: what scene/planes.hpp takes for being in it.
 constexpr double in_plane = 0x1p-36;
 // Tests of a corner against a plane, at most: some tenths of a second.
-constexpr double most_tests = 2e8;
+constexpr double most_tests = 1e8;
 
 struct Side {
   glm::dvec3 normal, point;  // frame
@@ -28,21 +25,22 @@ struct Side {
   bool behind(const glm::dvec3& p) const { return glm::dot(p - point, normal) < -in_plane; }
 };
 
-// The planes of the polygons, each once for either facing.
+// The planes of the polygons, those of neighbours in the file once: a wall that is cut up comes in runs.
 std::vector<Side> sides_of(const Scene& scene, const Frame& frame) {
-  const std::vector<std::uint32_t> planes = plane_ids(scene);
-  std::map<std::uint32_t, std::array<int, 2>> seen;  // number of the side + 1, by plane and facing
+  constexpr std::size_t neighbours = 8;
   std::vector<Side> sides;
   for (std::uint32_t p = 0; p < scene.polygons.size(); ++p) {
     const Polygon& polygon = scene.polygons[p];
     const Side side{polygon.normal(), frame.to_frame(polygon.corner[0]), p};
-    auto& of_plane = seen[planes[p]];
-    const bool known = std::any_of(of_plane.begin(), of_plane.end(), [&](int k) {
-      return k > 0 && glm::dot(sides[std::size_t(k) - 1].normal, side.normal) > 0;
-    });
-    if (known) continue;
-    sides.push_back(side);
-    of_plane[of_plane[0] > 0 ? 1 : 0] = int(sides.size());
+    const auto holds = [&](const Side& other) {
+      if (!(glm::dot(other.normal, side.normal) > 0)) return false;
+      for (std::uint32_t k = 0; k < polygon.corners; ++k)
+        if (!(std::abs(glm::dot(frame.to_frame(polygon.corner[k]) - other.point, other.normal)) <= in_plane))
+          return false;
+      return true;
+    };
+    const auto first = sides.end() - std::ptrdiff_t(std::min(sides.size(), neighbours));
+    if (std::none_of(first, sides.end(), holds)) sides.push_back(side);
   }
   return sides;
 }
@@ -91,22 +89,15 @@ std::string obstacle(const Scene& scene, const SolveOptions& options) {
       if (l.kind == PunctualLight::Kind::directional && glm::dot(l.direction, p.normal()) > 0)
         return fmt::format("the polygon at {} turns its back to a directional light: it may throw a shadow",
                            p.where.text());
-  // Most scenes show at once that they are not convex; planes that many polygons share are found only for those that do not.
-  std::vector<Side> sides;
-  for (std::uint32_t p = 0; p < scene.polygons.size(); ++p)
-    sides.push_back({scene.polygons[p].normal(), frame.to_frame(scene.polygons[p].corner[0]), p});
   bool done = false;
-  auto found = find_obstacle(sides, points, most_tests / 10, done);
-  if (!found && !done) {
-    sides = sides_of(scene, frame);
-    if (double(sides.size()) * double(points.size()) > most_tests)
-      return "it has too many planes to prove that nothing stands between two of its surfaces";
-    found = find_obstacle(sides, points, most_tests, done);
-  }
+  const auto found = find_obstacle(sides_of(scene, frame), points, most_tests, done);
+  if (!found && !done)
+    return "it has too many planes to prove that nothing stands between two of its surfaces";
   if (!found) return {};
   const std::string where = scene.polygons[found->polygon].where.text();
-  const auto corners = std::size_t(std::accumulate(
-      scene.polygons.begin(), scene.polygons.end(), 0u, [](std::uint32_t n, const Polygon& p) { return n + p.corners; }));
+  const auto corners =
+      std::size_t(std::accumulate(scene.polygons.begin(), scene.polygons.end(), 0u,
+                                  [](std::uint32_t n, const Polygon& p) { return n + p.corners; }));
   if (found->point >= corners + options.sensors.size())
     return fmt::format("a light is behind the polygon at {}, which may hide it", where);
   if (found->point >= corners)
