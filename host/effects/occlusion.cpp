@@ -17,7 +17,7 @@ namespace {
 // Corners may be this far behind a plane [frame]: what scene/planes.hpp takes for being in it.
 constexpr double in_plane = 0x1p-36;
 // Tests of a corner against a plane, at most: some tenths of a second.
-constexpr double most_tests = 1e8;
+constexpr double most_tests = 3e7;
 
 struct Side {
   glm::dvec3 normal, point;  // frame

@@ -25,8 +25,10 @@ typedef struct shaft_plane {
 } shaft_plane;
 
 /* The plane through the edge that turns about it until all `others` are behind it and some on it; `own`: a corner of
- * the edge's own polygon off the edge, which is behind. 0 when there is no such plane, as for an edge without length. */
-int turn_plane(clrad_vector from, clrad_vector to, clrad_vector own, const clrad_vector* others, int n, shaft_plane* out) {
+ * the edge's own polygon off the edge, which is behind. *is_plane: 0 when there is no such plane, as for an edge without length.
+ * (By value: given where in the array to write, NVIDIA's compiler 580.159 unrolls the callers' loops wrongly.) */
+shaft_plane turn_plane(clrad_vector from, clrad_vector to, clrad_vector own, const clrad_vector* others, int n,
+                       int* is_plane) {
   const clrad_vector along = clrad_minus(to, from), inner = clrad_minus(own, from);
   const REAL length = clrad_largest(along);
   clrad_vector h = clrad_make(0, 0, 0);
@@ -48,10 +50,12 @@ int turn_plane(clrad_vector from, clrad_vector to, clrad_vector own, const clrad
     const clrad_vector to_it = clrad_minus(others[i], from);
     found = clrad_dot(h, to_it) <= 2 * doubt * clrad_largest(to_it);
   }
-  out->h = h;
-  out->from = from;
-  out->doubt = doubt;
-  return found;
+  shaft_plane plane;
+  plane.h = h;
+  plane.from = from;
+  plane.doubt = doubt;
+  *is_plane = found;
+  return plane;
 }
 
 REAL over(const shaft_plane* plane, clrad_vector p, REAL* allowed) {
@@ -143,11 +147,15 @@ __kernel void cull_cells(__global const uint* cells, uint count, __global const 
   const int n = (int)pair[1];
   for (int k = 0; k < n; k++) s[k] = load_vector(vertex + 3 * (pair[0] + k));
   shaft_plane planes[MOST_PLANES];
-  int found = 0;
-  for (int k = 0; k < 4; k++) /* of a triangle corners 2 and 3 coincide */
-    if (turn_plane(c[k], c[(k + 1) & 3], c[k == 3 ? 1 : (k + 3) & 3], s, n, &planes[found])) found++;
-  for (int k = 0; k < n; k++)
-    if (turn_plane(s[k], s[(k + 1) % n], s[(k + n / 2 + 1) % n], c, 4, &planes[found])) found++;
+  int found = 0, is_plane;
+  for (int k = 0; k < 4; k++) { /* of a triangle corners 2 and 3 coincide */
+    const shaft_plane plane_of = turn_plane(c[k], c[(k + 1) & 3], c[k == 3 ? 1 : (k + 3) & 3], s, n, &is_plane);
+    if (is_plane) planes[found++] = plane_of;
+  }
+  for (int k = 0; k < n; k++) {
+    const shaft_plane plane_of = turn_plane(s[k], s[(k + 1) % n], s[(k + n / 2 + 1) % n], c, 4, &is_plane);
+    if (is_plane) planes[found++] = plane_of;
+  }
   __global uint* mine = list + cell[6];
   uint left = 0;
   for (uint k = 0; k < cell[7]; k++) {
