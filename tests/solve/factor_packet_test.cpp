@@ -16,12 +16,10 @@ namespace {
 // Every other undecided receiver sees its tip.
 class EveryOther : public VisibilityEngine {
  public:
-  std::size_t asked = 0;
   std::string name() const override { return "every other"; }
   void occluded(const Segments& segments, Array<std::uint32_t>& masks) override {
     std::vector<std::uint32_t> words(segments.origin_count);
     for (std::size_t i = 0; i < words.size(); ++i) words[i] = i % 2;
-    asked += words.size();
     masks.upload(words);
   }
   void intersect_closest(const Segments&, Array<std::uint32_t>&, Array<float>&) override {}
