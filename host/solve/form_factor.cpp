@@ -16,6 +16,14 @@ RealArray on_device(Device& device, const Shooter& shooter) {
   return RealArray(device, shooter_record(shooter), "shooter");
 }
 
+// A work-item of these kernels takes a packet of receivers, so a work-group is that much smaller.
+template <class... Args>
+void run_packets(Device& device, const char* kernel, std::uint32_t count, const Args&... args) {
+  const unsigned width = device.options().packet_width;
+  device.run_local(form_factor_kernels, kernel, (std::uint64_t(count) + width - 1) / width,
+                   std::max(1u, device.options().work_group_size / width), args...);
+}
+
 // The receivers' list as a kernel argument; any buffer stands in for it where there is none.
 const cl::Buffer& list_of(const Array<std::uint32_t>* active, const PointArray& receivers) {
   return active ? active->buffer() : receivers.buffer();
@@ -151,8 +159,8 @@ std::vector<Point> stratified_samples(const Shooter& shooter, std::uint32_t n, s
 
 void facing(Device& device, const Shooter& shooter, const PointArray& receivers, std::uint32_t first,
             std::uint32_t count, Array<std::uint32_t>& flags) {
-  device.run(form_factor_kernels, "facing", count, on_device(device, shooter), shooter.plane, receivers,
-             flags, first, count);
+  run_packets(device, "facing", count, on_device(device, shooter), shooter.plane, receivers, flags, first,
+              count);
 }
 
 namespace {
@@ -163,8 +171,8 @@ void launch_factors(Device& device, Estimator estimator, const Shooter& shooter,
   const RealArray record = on_device(device, shooter);
   const std::uint32_t chosen = active != nullptr;
   if (estimator == Estimator::exact)
-    device.run(form_factor_kernels, "exact_factors", count, record, shooter.plane, receivers,
-               list_of(active, receivers), chosen, factors, dense, count);
+    run_packets(device, "exact_factors", count, record, shooter.plane, receivers, list_of(active, receivers),
+                chosen, factors, dense, count);
   else
     device.run(form_factor_kernels, "disk_factors", count, record, shooter.plane, receivers,
                list_of(active, receivers), chosen, *samples, n, Real{disk_area(estimator, shooter, n)},
@@ -205,9 +213,8 @@ void visible_factors(Device& device, VisibilityEngine& engine, Estimator estimat
                          std::uint32_t first, std::uint32_t end) {
     const std::uint32_t by_glass = glass != nullptr;
     if (exact)
-      device.run(form_factor_kernels, "visible_factors", end - first, record, receivers, list, chosen,
-                 samples, n, masks, factors, by_glass, passes, passes_at, column, colour * stride, flags,
-                 first, end);
+      run_packets(device, "visible_factors", end - first, record, receivers, list, chosen, samples, n, masks,
+                  factors, by_glass, passes, passes_at, column, colour * stride, flags, first, end);
     else
       device.run(form_factor_kernels, "disk_factors", end - first, record, shooter.plane, receivers, list,
                  chosen, samples, n, Real{disk_area(estimator, shooter, n)}, masks, 1u, by_glass, passes,

@@ -199,18 +199,12 @@ REAL clrad_area_form(const clrad_pair_vector* r, const clrad_pair* z) {
     const REAL width_u = (REAL)1 / (REAL)(1u << level_u), width_v = (REAL)1 / (REAL)(1u << level_v);
     const REAL u0 = (REAL)at_u * width_u, v0 = (REAL)at_v * width_v;
     clrad_vector cell[4];
-    REAL cell_z[4], cell_j[4];
     cell[0] = clrad_make(clrad_bilinear(r[0].x, e01.x, e03.x, bend.x, u0, v0),
                          clrad_bilinear(r[0].y, e01.y, e03.y, bend.y, u0, v0),
                          clrad_bilinear(r[0].z, e01.z, e03.z, bend.z, u0, v0));
     cell[1] = clrad_plus(cell[0], clrad_scaled(clrad_plus(along_u, clrad_scaled(twist, v0)), width_u));
     cell[3] = clrad_plus(cell[0], clrad_scaled(clrad_plus(along_v, clrad_scaled(twist, u0)), width_v));
     cell[2] = clrad_plus(cell[1], clrad_scaled(clrad_plus(along_v, clrad_scaled(twist, u0 + width_u)), width_v));
-    for (int i = 0; i < 4; i++) {
-      const REAL u = i == 1 || i == 2 ? u0 + width_u : u0, v = i >= 2 ? v0 + width_v : v0;
-      cell_z[i] = (1 - v) * ((1 - u) * z[0].hi + u * z[1].hi) + v * ((1 - u) * z[3].hi + u * z[2].hi);
-      cell_j[i] = (1 - v) * ((1 - u) * j[0] + u * j[1]) + v * ((1 - u) * j[3] + u * j[2]);
-    }
     const clrad_vector a = clrad_minus(cell[1], cell[0]), b = clrad_minus(cell[2], cell[3]);
     const clrad_vector c = clrad_minus(cell[3], cell[0]), d = clrad_minus(cell[2], cell[1]);
     const REAL a2 = clrad_dot(a, a), b2 = clrad_dot(b, b), c2 = clrad_dot(c, c), d2 = clrad_dot(d, d);
@@ -231,6 +225,12 @@ REAL clrad_area_form(const clrad_pair_vector* r, const clrad_pair* z) {
         at_u *= 2;
       }
       continue;
+    }
+    REAL cell_z[4], cell_j[4];
+    for (int i = 0; i < 4; i++) {
+      const REAL u = i == 1 || i == 2 ? u0 + width_u : u0, v = i >= 2 ? v0 + width_v : v0;
+      cell_z[i] = (1 - v) * ((1 - u) * z[0].hi + u * z[1].hi) + v * ((1 - u) * z[3].hi + u * z[2].hi);
+      cell_j[i] = (1 - v) * ((1 - u) * j[0] + u * j[1]) + v * ((1 - u) * j[3] + u * j[2]);
     }
     const clrad_pair grown = clrad_two_sum(sum.hi, clrad_cell_sum(cell, cell_z, cell_j) * (width_u * width_v));
     sum.hi = grown.hi;
@@ -299,7 +299,7 @@ int clrad_corner_above(__global const REAL* shooter, uint corner, clrad_vector n
   __global const REAL* lo = shooter + CLRAD_SHOOTER_LO + 3 * corner;
   const clrad_vector r = clrad_make((hi[0] - p.x) + (lo[0] - p_lo.x), (hi[1] - p.y) + (lo[1] - p_lo.y),
                                     (hi[2] - p.z) + (lo[2] - p_lo.z));
-  const REAL height = clrad_dot(n, r), least = 16 * CLRAD_EPSILON;
+  const REAL height = clrad_dot(clrad_plus(n, n_lo), r), least = 16 * CLRAD_EPSILON;
   if (height * height > least * least * clrad_dot(r, r)) return height > 0;
   return clrad_corner_height(shooter, corner, n, n_lo, p, p_lo) > 0;
 }

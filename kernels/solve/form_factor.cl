@@ -4,6 +4,7 @@
  * With `glass`, of what is not blocked passes[passes_at + (i - first) n + k] gets through on the way from chosen receiver i to sample
  * k (transmission.cl), and the results of one colour begin at `out_at`. */
 #include "shared/factor.cl"
+#include "shared/factor_packet.cl"
 
 uint receiver_of(__global const uint* active, uint chosen, uint i) { return chosen ? active[i] : i; }
 clrad_vector position_of(CLRAD_POINT_T p) { return clrad_make(p.x, p.y, p.z); }
@@ -15,34 +16,83 @@ clrad_vector from_to(CLRAD_POINT_T p, CLRAD_POINT_T q) {
 
 /* Squared distance to a sample, at least that of a step of the visibility grid: 1 / r^4 of a nearer one is beyond a float, and
  * as far as its rays are told apart it is no nearer. */
-REAL squared_distance(clrad_vector r) { return fmax(clrad_dot(r, r), CLRAD_R(0x1p-74)); }
+#define LEAST_DISTANCE2 CLRAD_R(0x1p-74)
+REAL squared_distance(clrad_vector r) { return fmax(clrad_dot(r, r), LEAST_DISTANCE2); }
 
 /* flags[i] of receiver first + i: in front of the shooter's plane, not in it, and some corner strictly above the horizon. Small heights
- * are taken in pairs: a plain dot product would drop receivers next to the plane. */
+ * are taken in pairs: a plain dot product would drop receivers next to the plane. Work-item: CLRAD_WIDTH receivers. */
 __kernel void facing(__global const REAL* shooter, uint plane, __global const CLRAD_POINT_T* receivers,
                      __global uint* flags, uint first, uint count) {
-  const uint i = get_global_id(0);
+  const uint i = get_global_id(0) * CLRAD_WIDTH;
   if (i >= count) return;
+  __global const REAL* n = shooter + CLRAD_SHOOTER_NORMAL;
+#if CLRAD_WIDTH == 1
   const CLRAD_POINT_T p = receivers[first + i];
   const clrad_vector x = position_of(p), x_lo = position_lo_of(p);
-  __global const REAL* n = shooter + CLRAD_SHOOTER_NORMAL;
   const int front = p.plane != plane && clrad_corner_above(shooter, 0, clrad_make(-n[0], -n[1], -n[2]),
                                                            clrad_make(-n[3], -n[4], -n[5]), x, x_lo);
   int above = 0;
   for (uint k = 0; k < 4 && front && !above; k++)
     above = clrad_corner_above(shooter, k, normal_of(p), clrad_make(0, 0, 0), x, x_lo);
   flags[i] = above;
+#else
+  const uint lanes = min(count - i, (uint)CLRAD_WIDTH);
+  uint receiver[CLRAD_WIDTH];
+  int asked[CLRAD_WIDTH], flag[CLRAD_WIDTH];
+  for (uint lane = 0; lane < CLRAD_WIDTH; lane++) {
+    receiver[lane] = first + i + min(lane, lanes - 1);
+    asked[lane] = receivers[receiver[lane]].plane != plane ? -1 : 0;
+  }
+  clrad_receivers at;
+  clrad_load_receivers(receivers, receiver, &at);
+  clrad_masks open = CLRAD_MASKS_OF_INTS(CLRAD_LOAD(asked)), above = 0;
+  open &= clrad_corners_above(shooter, 0, clrad_fast_two_sums(-n[0], -n[3]), clrad_fast_two_sums(-n[1], -n[4]),
+                              clrad_fast_two_sums(-n[2], -n[5]), &at, open);
+  const clrad_reals none = 0;
+  const clrad_pairs nx = {at.n.x, none}, ny = {at.n.y, none}, nz = {at.n.z, none};
+  for (uint k = 0; k < 4 && clrad_some(open); k++) {
+    const clrad_masks here = open & clrad_corners_above(shooter, k, nx, ny, nz, &at, open);
+    above |= here;
+    open &= ~here;
+  }
+  CLRAD_STORE(CLRAD_TO_INTS(above), flag);
+  for (uint lane = 0; lane < lanes; lane++) flags[i + lane] = flag[lane] & 1;
+#endif
 }
 
-/* dense: results go to factors[receiver], else to factors[i]. */
+/* dense: results go to factors[receiver], else to factors[i]. Work-item: CLRAD_WIDTH of the chosen receivers. */
 __kernel void exact_factors(__global const REAL* shooter, uint plane, __global const CLRAD_POINT_T* receivers,
                             __global const uint* active, uint chosen, __global REAL* factors, uint dense, uint count) {
-  const uint i = get_global_id(0);
-  if (i >= count) return;
-  const uint receiver = receiver_of(active, chosen, i);
+  const uint first = get_global_id(0) * CLRAD_WIDTH;
+  if (first >= count) return;
+#if CLRAD_WIDTH == 1
+  const uint receiver = receiver_of(active, chosen, first);
   const CLRAD_POINT_T p = receivers[receiver];
-  factors[dense ? receiver : i] =
+  factors[dense ? receiver : first] =
       p.plane == plane ? 0 : clrad_exact_factor(shooter, position_of(p), position_lo_of(p), normal_of(p));
+#else
+  const uint lanes = min(count - first, (uint)CLRAD_WIDTH);
+  uint receiver[CLRAD_WIDTH];
+  int asked[CLRAD_WIDTH], left[CLRAD_WIDTH];
+  REAL factor[CLRAD_WIDTH];
+  for (uint lane = 0; lane < CLRAD_WIDTH; lane++) {
+    receiver[lane] = receiver_of(active, chosen, first + min(lane, lanes - 1));
+    asked[lane] = lane < lanes && receivers[receiver[lane]].plane != plane ? -1 : 0;
+  }
+  clrad_receivers at;
+  clrad_load_receivers(receivers, receiver, &at);
+  clrad_masks later;
+  const clrad_reals factors_of_lanes = clrad_exact_factors(shooter, &at, CLRAD_MASKS_OF_INTS(CLRAD_LOAD(asked)), &later);
+  CLRAD_STORE(factors_of_lanes, factor);
+  CLRAD_STORE(CLRAD_TO_INTS(later), left);
+  for (uint lane = 0; lane < lanes; lane++) {
+    if (left[lane]) {
+      const CLRAD_POINT_T p = receivers[receiver[lane]];
+      factor[lane] = clrad_exact_factor(shooter, position_of(p), position_lo_of(p), normal_of(p));
+    }
+    factors[dense ? receiver[lane] : first + lane] = factor[lane];
+  }
+#endif
 }
 
 /* The sampled estimators: A/n sum cos cos / (pi r^2 + disk) over the samples whose bit in masks is 0 (all of them when
@@ -75,18 +125,21 @@ __kernel void disk_factors(__global const REAL* shooter, uint plane, __global co
 }
 
 /* column[receiver] = F x visible fraction, in which a sample weighs z / r^4: its own kernel, without the distance from the
- * shooter's plane, which all samples share. undecided[i] = 1 where F > 0 but no sample is above the horizon. */
+ * shooter's plane, which all samples share. undecided[i] = 1 where F > 0 but no sample is above the horizon. Work-item:
+ * CLRAD_WIDTH of the chosen receivers. */
 __kernel void visible_factors(__global const REAL* shooter, __global const CLRAD_POINT_T* receivers,
                               __global const uint* active, uint chosen, __global const CLRAD_POINT_T* samples, uint n,
                               __global const uint* masks, __global const REAL* factors, uint glass,
                               __global const REAL* passes, ulong passes_at, __global REAL* column, ulong out_at,
                               __global uint* undecided, uint first, uint count) {
-  const uint i = first + get_global_id(0);
+  const uint i = first + get_global_id(0) * CLRAD_WIDTH;
   if (i >= count) return;
+  const REAL area = shooter[CLRAD_SHOOTER_AREA];
+  const uint words = (n + 31) / 32;
+#if CLRAD_WIDTH == 1
   const uint receiver = receiver_of(active, chosen, i);
   const CLRAD_POINT_T p = receivers[receiver];
-  const REAL factor = factors[i], area = shooter[CLRAD_SHOOTER_AREA];
-  const uint words = (n + 31) / 32;
+  const REAL factor = factors[i];
   REAL all = 0, visible = 0;
   for (uint w = 0; w < words && factor > 0; w++) {
     const uint mask = masks[(ulong)i * words + w];
@@ -105,6 +158,53 @@ __kernel void visible_factors(__global const REAL* shooter, __global const CLRAD
   }
   column[out_at + receiver] = all > 0 ? factor * (visible / all) : 0;
   undecided[i] = factor > 0 && !(all > 0);
+#else
+  const uint lanes = min(count - i, (uint)CLRAD_WIDTH);
+  uint receiver[CLRAD_WIDTH];
+  int bits[CLRAD_WIDTH];
+  REAL factor[CLRAD_WIDTH], all_of[CLRAD_WIDTH], visible_of[CLRAD_WIDTH], passed[CLRAD_WIDTH];
+  int some = 0;
+  for (uint lane = 0; lane < CLRAD_WIDTH; lane++) {
+    receiver[lane] = receiver_of(active, chosen, i + min(lane, lanes - 1));
+    factor[lane] = factors[i + min(lane, lanes - 1)];
+    some |= factor[lane] > 0;
+  }
+  clrad_receivers at;
+  clrad_load_receivers(receivers, receiver, &at);
+  const clrad_reals none = 0;
+  clrad_reals all = 0, visible = 0;
+  for (uint w = 0; w < words && some; w++) {
+    for (uint lane = 0; lane < CLRAD_WIDTH; lane++)
+      bits[lane] = (int)masks[(ulong)(i + min(lane, lanes - 1)) * words + w];
+    const clrad_masks mask = CLRAD_MASKS_OF_INTS(CLRAD_LOAD(bits));
+    const uint end = n < 32 * (w + 1) ? n : 32 * (w + 1);
+    clrad_reals block = 0, block_visible = 0;
+    for (uint k = 32 * w; k < end; k++) {
+      __global const CLRAD_POINT_T* q = samples + k;
+      const clrad_vectors r = clrad_from_receivers(&at, q->x, q->y, q->z, q->x_lo, q->y_lo, q->z_lo);
+      const clrad_reals length2 = clrad_dots(r, r), z = clrad_dots(at.n, r), least = LEAST_DISTANCE2;
+      const clrad_reals r2 = length2 > LEAST_DISTANCE2 ? length2 : least;
+      const clrad_reals weight = z > 0 ? (z / r2) * (area / r2) : none;
+      block += weight;
+      clrad_reals seen = weight;
+      if (glass) {
+        for (uint lane = 0; lane < CLRAD_WIDTH; lane++)
+          passed[lane] = passes[passes_at + (ulong)(i - first + min(lane, lanes - 1)) * n + k];
+        seen = weight * CLRAD_LOAD(passed);
+      }
+      block_visible += (mask & (1 << (k & 31))) != 0 ? none : seen;
+    }
+    all += block;
+    visible += block_visible;
+  }
+  CLRAD_STORE(all, all_of);
+  CLRAD_STORE(visible, visible_of);
+  for (uint lane = 0; lane < lanes; lane++) {
+    const int decided = factor[lane] > 0 && all_of[lane] > 0;
+    column[out_at + receiver[lane]] = decided ? factor[lane] * (visible_of[lane] / all_of[lane]) : 0;
+    undecided[i + lane] = factor[lane] > 0 && !decided;
+  }
+#endif
 }
 
 /* For the undecided, listed in `list`: a segment from the receiver to the centroid of the clipped shooter. */
