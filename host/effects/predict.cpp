@@ -18,9 +18,10 @@ namespace {
 
 // Costs in units of one form factor (the probe below), from profiles of the Cornell box, the furnace and the office
 // (`./run bench effects` prints predicted and actual side by side).
-constexpr double cost_of_ray = 0.10, cost_of_glass = 0.5, cost_of_weighing = 0.30, cost_of_vertex = 0.30,
-                 cost_of_near_field = 0.30, cost_of_covered = 6, cost_of_triangle = 4, cost_of_band = 0.02,
-                 cost_of_sensor_ray = 1.0, cost_of_element_on_host = 3, cost_of_launch_s = 20e-6;
+constexpr double cost_of_factor = 1.6, cost_of_ray = 0.25, cost_of_glass = 0.5, cost_of_weighing = 0.25,
+                 cost_of_vertex = 0.9, cost_of_near_field = 0.30, cost_of_covered = 110, cost_of_triangle = 4,
+                 cost_of_band = 0.02, cost_of_sensor_ray = 1.0, cost_of_element_on_host = 3,
+                 cost_of_launch_s = 20e-6;
 constexpr double launches_per_shoot = 16;
 // Of all vertices, those that are in front of a shooter and face it, in rooms with things in them and without.
 constexpr double facing_share = 0.5, facing_share_of_convex = 0.83;
@@ -126,7 +127,7 @@ Shoots count_shoots(const Scene& scene, const MeshCounts& counts, const SolveOpt
 
 // Seconds per form factor.
 double probe(Device& device) {
-  constexpr std::uint32_t receivers = 1 << 14;
+  constexpr std::uint32_t receivers = 1 << 17;
   Shooter shooter;
   shooter.corners = 4;
   const glm::dvec3 corner[4] = {{-0.1, -0.1, 0.5}, {-0.1, 0.1, 0.5}, {0.1, 0.1, 0.5}, {0.1, -0.1, 0.5}};
@@ -135,7 +136,7 @@ double probe(Device& device) {
   shooter.area = 0.04, shooter.plane = 1;
   std::vector<Point> points;
   for (std::uint32_t i = 0; i < receivers; ++i)
-    points.push_back({{(i % 128) / 128.0 - 0.5, double(i / 128) / 128 - 0.5, 0}, {0, 0, 1}, 0, 0});
+    points.push_back({{(i % 512) / 512.0 - 0.5, double(i / 512) / 256 - 0.5, 0}, {0, 0, 1}, 0, 0});
   const PointArray on_device(device, points, "probe");
   RealArray factors(device, receivers, "probe");
   double best = INFINITY;
@@ -168,8 +169,8 @@ Prediction predict(Device& device, const Scene& scene, const SolveOptions& optio
   const double triangles = 2 * double(scene.polygons.size());
 
   // A shoot without visibility: its factors, and passes over all vertices and elements.
-  const double per_shoot =
-      unit * (facing + counts.vertices * cost_of_vertex) + launches_per_shoot * cost_of_launch_s;
+  const double per_shoot = unit * (facing * cost_of_factor + counts.vertices * cost_of_vertex) +
+                           launches_per_shoot * cost_of_launch_s;
   const double per_ray = unit * (cost_of_ray + cost_of_weighing);
   const double ray_share = result.shoots > 0 ? rays / result.shoots : 0;
   const double columns = real * (counts.patches + counts.vertices) * result.shoots;

@@ -25,7 +25,7 @@ struct Prediction {
 
 /// Counts the mesh, follows unshot power as if every surface saw all others evenly, and multiplies by what each step costs in
 /// units of a small probe on the device: the form factors of some thousand receivers. Good to a factor of 2 or so where
-/// scenes are like rooms; what adaptive subdivision adds is left out. Takes some milliseconds once the kernel is compiled.
+/// scenes are like rooms; what adaptive subdivision adds is left out. Takes some tens of milliseconds once the kernel is compiled.
 Prediction predict(Device& device, const Scene& scene, const SolveOptions& options,
                    const std::vector<Effect>& effects);
 
