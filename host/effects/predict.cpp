@@ -89,7 +89,8 @@ Shoots count_shoots(const Scene& scene, const MeshCounts& counts, const SolveOpt
     return n;
   };
   const bool all =
-      interreflection && closes_rows(largest_reflectance(scene), options, find_enclosure(scene).closed);
+      interreflection && closes_rows(largest_reflectance(scene), options,
+                                     scene.polygons.size() <= 20'000 && find_enclosure(scene).closed);
   const auto trace = [&](Group& g, double patches) {
     (g.emitted > 0 ? shoots.direct : shoots.reflected) += patches;
     shoots.rays_per_receiver += patches * samples(g);
