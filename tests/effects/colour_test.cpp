@@ -36,7 +36,8 @@ TEST(Colour, AlikeBandsAreSolvedOnce) {
     Scene one = grey;
     one.bands = {"grey"};
     for (Material& m : one.materials) m.reflectance.resize(1), m.emitted_exitance.resize(1);
-    test::solve_alone(grey, test::forced(coarse_mesh(), "colour"));  // scratch that a device keeps is made once
+    test::solve_alone(grey,
+                      test::forced(coarse_mesh(), "colour"));  // scratch that a device keeps is made once
     const Solution skipped = test::solve_alone(grey, coarse_mesh()),
                    single = test::solve_alone(one, coarse_mesh()),
                    forced = test::solve_alone(grey, test::forced(coarse_mesh(), "colour"));

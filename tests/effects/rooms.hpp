@@ -19,6 +19,10 @@ struct Room {
   bool mirror = false;          ///< one wall
   bool uniform = false;         ///< all surfaces emit and reflect alike; wins over colours and black
   bool turned = false;          ///< turned, and moved a hundred metres
+  bool light = false;           ///< a white point light in the room
+  bool texture = false;         ///< grey, on one wall
+  bool pane = false;            ///< a sheet of glass across the room
+  bool sheet = false;           ///< a two-sided polygon in the room
 };
 
 inline std::vector<double> white(double value) {
@@ -55,13 +59,39 @@ inline Scene make_room(const Room& room) {
       scene.polygons.push_back(p);
     }
   }
+  const auto stand = [&](double x, const Material& m) {  // upright, across the room, clear of its walls
+    Polygon p;
+    p.corners = 4;
+    p.corner = {{{x, 0.5, 0.5}, {x, 3.5, 0.5}, {x, 3.5, 2}, {x, 0.5, 2}}};
+    p.material = std::uint32_t(scene.materials.size());
+    scene.materials.push_back(m);
+    scene.polygons.push_back(p);
+  };
+  Material thing = scene.materials[1];
+  thing.emitted_exitance = white(0);
+  if (room.sheet) thing.two_sided = true, stand(2, thing);
+  thing.two_sided = false;
   if (room.uniform)
     for (Material& m : scene.materials) m.reflectance = white(0.5), m.emitted_exitance = white(1);
+  if (room.pane) thing.reflectance = white(0), thing.transmission = white(0.9), stand(2.5, thing);
+  if (room.light) {
+    PunctualLight light;
+    light.name = "lamp", light.position_m = {1, 1, 2}, light.intensity = white(3);
+    scene.lights.push_back(light);
+  }
+  if (room.texture) {
+    scene.textures.push_back({"grey.png", 2, 1, {}, {0.5f, 0.5f, 0.5f, 0.75f, 0.75f, 0.75f}});
+    scene.materials[3].texture = 0;
+    for (Polygon& p : scene.polygons)
+      if (p.material == 3) p.uv = {{{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
+  }
   if (room.turned) {
     const glm::dmat4 turn =
         glm::rotate(glm::rotate(glm::dmat4(1), 0.7, glm::dvec3(1, 2, 3)), 0.3, glm::dvec3(0, 1, 0));
     for (Polygon& p : scene.polygons)
       for (auto& c : p.corner) c = glm::dvec3(turn * glm::dvec4(c, 1)) + glm::dvec3(100, -30, 20);
+    for (PunctualLight& l : scene.lights)
+      l.position_m = glm::dvec3(turn * glm::dvec4(l.position_m, 1)) + glm::dvec3(100, -30, 20);
   }
   return scene;
 }

@@ -108,7 +108,8 @@ TEST(Textures, NothingHappensWhereThereIsNone) {
 
   // Left out, the mean colour stands in.
   options = cube_options();
-  options.without = {"textures", "near_field"};  // which the plain room, equally bright everywhere, has no need of
+  options.without = {"textures",
+                     "near_field"};  // which the plain room, equally bright everywhere, has no need of
   const Solution mean = solve(with, cube(&grey, 1), options);
   EXPECT_EQ(mean.vertex_irradiance, plain.vertex_irradiance);
   EXPECT_FALSE(has_textures(mean.scene));
