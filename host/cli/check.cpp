@@ -23,7 +23,8 @@ void add_check(CLI::App& app, Action& action) {
   verb->add_flag("--strict", a->strict, "warnings count as errors");
   verb->callback([a, &action] {
     action = [a] {
-      const auto findings = check_scene(a->scene, {.unit_m = parse_unit(a->unit), .sides = a->sides.resolved()});
+      const auto findings =
+          check_scene(a->scene, {.unit_m = parse_unit(a->unit), .sides = a->sides.resolved()});
       print_diagnostics(findings, stdout);
       int count[3] = {0, 0, 0};
       for (const auto& d : findings) ++count[int(d.severity)];

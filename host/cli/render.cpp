@@ -21,7 +21,8 @@ struct RenderArguments {
 // A picture straight from a scene.
 int run_whitted(RenderArguments& a) {
   if (a.outputs.image.empty()) throw UsageError("--whitted draws a picture: name it with --image");
-  const Scene scene = load_scene(a.solution, {.unit_m = parse_unit(a.outputs.unit), .sides = a.sides.resolved()});
+  const Scene scene =
+      load_scene(a.solution, {.unit_m = parse_unit(a.outputs.unit), .sides = a.sides.resolved()});
   if (!a.quiet) print_diagnostics(scene.diagnostics, stderr);
   const Camera camera = a.outputs.chosen_camera(scene);
   Device device(a.device.resolved());
@@ -37,7 +38,9 @@ int run_render(RenderArguments& a) {
   a.outputs.parse();
   if (a.outputs.picture.whitted) return run_whitted(a);
   if (a.sides.two || a.sides.one)
-    throw UsageError("--two-sided and --one-sided are of scenes; which polygons have two sides was decided when this was solved");
+    throw UsageError(
+        "--two-sided and --one-sided are of scenes; which polygons have two sides was decided when this was "
+        "solved");
   if (!a.outputs.any()) throw UsageError("nothing to write; name --image, --gltf, --vtu or a folder with -o");
   Solution solution = load_solution(a.solution);
   a.outputs.chosen_camera(solution.scene);  // a wrong name is said before anything is written

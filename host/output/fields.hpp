@@ -28,7 +28,8 @@ void visit_fields(Visit& visit, M& location) {
 
 template <class Visit, OneOf<Material> M>
 void visit_fields(Visit& visit, M& material) {
-  auto& [name, reflectance, emitted_exitance, where, specular, transmission, ior, two_sided, texture] = material;
+  auto& [name, reflectance, emitted_exitance, where, specular, transmission, ior, two_sided, texture] =
+      material;
   visit("name", name);
   visit("reflectance", reflectance), visit("emitted_exitance", emitted_exitance);
   visit("specular", specular), visit("transmission", transmission), visit("ior", ior);

@@ -74,7 +74,8 @@ SurfaceTables surface_tables(Device& device, std::span<const OccluderTriangle> t
       both_sides.push_back(t);
       ++both_sides.back().polygon;
     }
-  const Layers layers = overlapping_layers(both_sides.empty() ? triangles : both_sides, scene.polygons.size());
+  const Layers layers =
+      overlapping_layers(both_sides.empty() ? triangles : both_sides, scene.polygons.size());
 
   SurfaceTables tables;
   tables.polygon_of = on_device(device, polygon_of, "the picture's triangles");

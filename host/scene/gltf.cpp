@@ -10,30 +10,19 @@
 #include <glm/gtc/quaternion.hpp>
 #include <glm/mat3x3.hpp>
 #include <glm/mat4x4.hpp>
-#include <map>
 #include <numbers>
-#include <tuple>
 
 #include "output/json_depth.hpp"
 #include "scene/gltf_geometry.hpp"
 #include "scene/gltf_lights.hpp"
+#include "scene/gltf_textures.hpp"
 #include "scene/quads.hpp"
 #include "scene/read_file.hpp"
-#include "scene/texture.hpp"
 
 namespace clrad {
 namespace {
 
 using Severity = Diagnostic::Severity;
-
-// Images as they come, not decoded: most of them will not be used. Their bytes by their number.
-using Images = std::map<int, std::string>;
-bool keep_image(tinygltf::Image*, const int number, std::string*, std::string*, int, int,
-                const unsigned char* bytes, int size, void* images) {
-  if (size > 0)
-    (*static_cast<Images*>(images))[number].assign(reinterpret_cast<const char*>(bytes), std::size_t(size));
-  return true;
-}
 
 // The JSON of a glTF or GLB file, whose chunks each begin with length and type.
 std::string_view json_of(const std::string& bytes, bool binary) {
@@ -45,7 +34,7 @@ std::string_view json_of(const std::string& bytes, bool binary) {
   return std::string_view(bytes).substr(begin, length);
 }
 
-tinygltf::Model parse(const std::string& path, bool binary, Images& images) {
+tinygltf::Model parse(const std::string& path, bool binary, GltfImages& images) {
   const std::string bytes = read_file(path);
   std::uint32_t container = 2;
   if (binary && bytes.size() >= 8) std::memcpy(&container, bytes.data() + 4, sizeof container);
@@ -55,7 +44,7 @@ tinygltf::Model parse(const std::string& path, bool binary, Images& images) {
     throw InputError(fmt::format("{}: its JSON nests deeper than {} levels", path, deepest_json));
   tinygltf::Model model;
   tinygltf::TinyGLTF loader;
-  loader.SetImageLoader(keep_image, &images);
+  loader.SetImageLoader(keep_gltf_image, &images);
   std::string error, warning;
   const std::string folder = std::filesystem::path(path).parent_path().string();
   const auto size = static_cast<unsigned int>(bytes.size());
@@ -106,8 +95,8 @@ constexpr double kBrightestRoughMetal = 0.99;
 
 class Reader {
  public:
-  Reader(const tinygltf::Model& model, RawScene& scene, const Images& images)
-      : model_(model), scene_(scene), images_(images) {}
+  Reader(const tinygltf::Model& model, RawScene& scene, const GltfImages& images)
+      : model_(model), scene_(scene), textures_(model, scene, images) {}
 
   void read() {
     check_extensions();
@@ -228,7 +217,7 @@ class Reader {
     std::uint32_t& texture = scene_.materials[material].texture;
     if (texture != no_texture) return named.info;
     try {
-      texture = texture_of(named.info->index);
+      texture = textures_.number_of(named.info->index);
       return named.info;
     } catch (const GltfFault& fault) {
       add(Severity::error, fault.rule.c_str(), named.item, fault.what());
@@ -237,76 +226,6 @@ class Reader {
     }
     named.info = nullptr;  // said once
     return nullptr;
-  }
-
-  std::uint32_t texture_of(int index) {
-    if (std::size_t(index) >= model_.textures.size())
-      throw GltfFault("reference", fmt::format("texture {} does not exist", index));
-    const tinygltf::Texture& theirs = model_.textures[std::size_t(index)];
-    if (theirs.source < 0 || std::size_t(theirs.source) >= model_.images.size())
-      throw GltfFault("texture",
-                      fmt::format("texture {} has no image of a format that is read (PNG, JPEG)", index));
-    std::array<Wrap, 2> wrap = {Wrap::repeat, Wrap::repeat};
-    if (theirs.sampler >= 0 && std::size_t(theirs.sampler) < model_.samplers.size()) {
-      const tinygltf::Sampler& sampler = model_.samplers[std::size_t(theirs.sampler)];
-      wrap = {wrap_of(sampler.wrapS), wrap_of(sampler.wrapT)};
-    }
-    const auto key = std::tuple(theirs.source, wrap[0], wrap[1]);
-    const auto found = textures_.find(key);
-    if (found != textures_.end()) return found->second;
-    const tinygltf::Image& image = model_.images[std::size_t(theirs.source)];
-    const bool embedded = image.uri.empty() || image.uri.starts_with("data:");
-    const std::string name =
-        !embedded            ? (std::filesystem::path(scene_.file).parent_path() / image.uri).string()
-        : image.name.empty() ? fmt::format("image {} of {}", theirs.source, scene_.file)
-                             : fmt::format("image \"{}\" of {}", image.name, scene_.file);
-    const auto bytes = images_.find(theirs.source);
-    if (bytes == images_.end())
-      throw GltfFault("texture", fmt::format("{}: cannot be read; put it there or correct the uri", name));
-    Texture texture = decode_texture(bytes->second, name);
-    texture.wrap = wrap;
-    const auto number = std::uint32_t(scene_.textures.size());
-    scene_.textures.push_back(std::move(texture));
-    textures_.emplace(key, number);
-    return number;
-  }
-
-  static Wrap wrap_of(int word) {
-    return word == TINYGLTF_TEXTURE_WRAP_CLAMP_TO_EDGE     ? Wrap::clamp
-           : word == TINYGLTF_TEXTURE_WRAP_MIRRORED_REPEAT ? Wrap::mirror
-                                                           : Wrap::repeat;
-  }
-
-  // From a set of coordinates to places in the texture, with KHR_texture_transform: scaled, then turned, then moved. What the
-  // extension calls counter-clockwise is so where v points down, as its first example shows.
-  struct UvMap {
-    int set = 0;
-    glm::dvec2 offset{0}, scale{1};
-    double turn = 0;
-    glm::dvec2 operator()(const glm::dvec2& uv) const {
-      const glm::dvec2 s = uv * scale;
-      const double c = std::cos(turn), t = std::sin(turn);
-      return {c * s.x + t * s.y + offset.x, c * s.y - t * s.x + offset.y};
-    }
-  };
-
-  static UvMap uv_map_of(const tinygltf::TextureInfo& info) {
-    UvMap map;
-    map.set = info.texCoord;
-    const auto found = info.extensions.find("KHR_texture_transform");
-    if (found == info.extensions.end()) return map;
-    const tinygltf::Value& transform = found->second;
-    const auto pair = [&](const char* key, glm::dvec2& to) {
-      if (!transform.Has(key) || transform.Get(key).ArrayLen() != 2) return;
-      for (int k = 0; k < 2; ++k)
-        if (transform.Get(key).Get(k).IsNumber()) to[k] = transform.Get(key).Get(k).GetNumberAsDouble();
-    };
-    pair("offset", map.offset), pair("scale", map.scale);
-    if (transform.Has("rotation") && transform.Get("rotation").IsNumber())
-      map.turn = transform.Get("rotation").GetNumberAsDouble();
-    if (transform.Has("texCoord") && transform.Get("texCoord").IsInt())
-      map.set = transform.Get("texCoord").GetNumberAsInt();
-    return map;
   }
 
   std::string item_of(int index) const {
@@ -393,7 +312,7 @@ class Reader {
     std::vector<glm::dvec2> coordinates;
     std::vector<std::array<glm::dvec2, 3>> uv;
     if (const tinygltf::TextureInfo* info = use_texture(material)) {
-      const UvMap map = uv_map_of(*info);
+      const GltfUvMap map = uv_map_of(*info);
       coordinates = read_texture_coordinates(model_, primitive, map.set, positions.size());
       for (glm::dvec2& c : coordinates) c = map(c);
     }
@@ -464,8 +383,7 @@ class Reader {
 
   const tinygltf::Model& model_;
   RawScene& scene_;
-  const Images& images_;
-  std::map<std::tuple<int, Wrap, Wrap>, std::uint32_t> textures_;
+  GltfTextures textures_;
   struct NamedTexture {
     const tinygltf::TextureInfo* info = nullptr;
     std::string item;
@@ -480,7 +398,7 @@ class Reader {
 RawScene read_gltf(const std::string& path, bool binary) {
   RawScene scene;
   scene.file = path;
-  Images images;
+  GltfImages images;
   const tinygltf::Model model = parse(path, binary, images);
   Reader(model, scene, images).read();
   return scene;

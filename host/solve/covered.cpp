@@ -92,8 +92,7 @@ std::vector<std::uint8_t> covered_points(Device& device, const Scene& scene, std
   std::vector<float> normals;
   for (const auto& t : triangles) {
     // What has two sides has no back to be behind: of length 0, neither side of it counts as one.
-    const glm::dvec3 front =
-        has_back(scene, t.polygon) ? glm::dvec3(0) : scene.polygons[t.polygon].normal();
+    const glm::dvec3 front = has_back(scene, t.polygon) ? glm::dvec3(0) : scene.polygons[t.polygon].normal();
     for (int k = 0; k < 3; ++k) normals.push_back(float(front[k]));
   }
 

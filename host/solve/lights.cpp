@@ -148,8 +148,9 @@ void Lights::irradiate(VisibilityEngine& engine, const PointArray& receivers,
     engine.occluded(rays, masks_);
     const auto add = [&](const RealArray* passes, std::uint32_t begin, std::uint32_t end) {
       device_.run(lights_kernels, "add_light", end - begin, active_, masks_, factors_, intensities_, l,
-                  std::uint32_t(passes != nullptr), passes ? *passes : factors_, glass_ ? glass_->colours() : 1u,
-                  irradiance, lost, first, stride, bands_, begin, end - begin);
+                  std::uint32_t(passes != nullptr), passes ? *passes : factors_,
+                  glass_ ? glass_->colours() : 1u, irradiance, lost, first, stride, bands_, begin,
+                  end - begin);
     };
     if (!glass_) {
       add(nullptr, 0, lit);

@@ -75,8 +75,7 @@ Frame frame_with_sensors(const Scene& scene, std::span<const Sensor> sensors) {
 
 std::vector<SensorResult> gather_at_sensors(Device& device, const Solution& solution,
                                             std::span<const std::uint32_t> planes, VisibilityEngine& engine,
-                                            const SolveOptions& options, const Glass* glass,
-                                            Lights* lights) {
+                                            const SolveOptions& options, const Glass* glass, Lights* lights) {
   if (options.sensors.empty()) return {};
   const auto stage = device.stage("gather at sensors");
   std::vector<Point> points;
