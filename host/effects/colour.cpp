@@ -38,6 +38,7 @@ std::size_t strongest(const std::vector<double>& factors) {
 
 std::vector<double> times(double value, const std::vector<double>& factors) {
   std::vector<double> all;
+  all.reserve(factors.size());
   for (const double f : factors) all.push_back(f * value);
   return all;
 }

@@ -47,6 +47,7 @@ std::vector<Group> groups_of(const Scene& scene, const MeshCounts& counts) {
     g.reflectance = std::accumulate(m.reflectance.begin(), m.reflectance.end(), 0.0);
   }
   std::vector<Group> all;
+  all.reserve(groups.size());
   for (auto& [key, g] : groups) all.push_back(g);
   return all;
 }
@@ -136,8 +137,10 @@ double probe(Device& device) {
   shooter.normal = {0, 0, -1};
   shooter.area = 0.04, shooter.plane = 1;
   std::vector<Point> points;
-  for (std::uint32_t i = 0; i < receivers; ++i)
-    points.push_back({{(i % 512) / 512.0 - 0.5, double(i / 512) / 256 - 0.5, 0}, {0, 0, 1}, 0, 0});
+  for (std::uint32_t i = 0; i < receivers; ++i) {
+    const std::uint32_t column = i % 512, row = i / 512;
+    points.push_back({{column / 512.0 - 0.5, row / 256.0 - 0.5, 0}, {0, 0, 1}, 0, 0});
+  }
   const PointArray on_device(device, points, "probe");
   RealArray factors(device, receivers, "probe");
   double best = INFINITY;

@@ -158,7 +158,7 @@ class Prover {
 
   // Besides the polygons there are `sheets`, both sides of which count as fronts; theirs are the planes `sheet_planes`.
   Enclosure prove(const std::vector<Polygon>& sheets, const std::vector<Index>& sheet_planes) {
-    const Enclosure walls = prove_walls();
+    Enclosure walls = prove_walls();
     if (!walls.closed || sheets.empty()) return walls;
     // A ray that ends on a sheet ends on a front. Rays from a sheet have to start in the enclosed space, or carry nothing:
     // where no wall lets light out, nothing but its own emission leaves from a sheet outside.
