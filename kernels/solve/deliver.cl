@@ -4,7 +4,7 @@
  * work-items are grouped. Shots are shot[b * stride + at].
  *
  * A shooter has one column, or, where coloured glass is in the way, one a band: `colours` is 1 or bands, and columns of
- * receivers are [colour][vertex] and [slot][colour][patch], that of band b being number b % colours. */
+ * receivers are [colour][vertex] and [slot][colour][patch]. */
 #include "shared/sum.cl"
 
 __kernel void deliver_to_vertices(__global const REAL* column, uint colours, __global const REAL* shot, uint shot_stride,
@@ -12,8 +12,10 @@ __kernel void deliver_to_vertices(__global const REAL* column, uint colours, __g
                                   uint first, uint vertices, uint bands) {
   const uint v = first + get_global_id(0);
   if (v >= vertices) return;
+  REAL f = column[v];
+  if (f == 0 && colours == 1) return;
   for (uint b = 0; b < bands; ++b) {
-    const REAL f = column[(ulong)(b % colours) * vertices + v];
+    if (colours > 1) f = column[(ulong)b * vertices + v];
     if (f == 0) continue;
     const ulong i = (ulong)b * vertices + v;
     REAL sum = irradiance[i], lost = irradiance_lost[i];
@@ -42,8 +44,10 @@ __kernel void deliver_to_patches(__global const REAL* columns, ulong at, uint co
                                  __global REAL* unshot, __global REAL* unshot_lost, uint patches, uint bands) {
   const uint p = get_global_id(0);
   if (p >= patches) return;
+  REAL f = columns[at + p];
+  if (f == 0 && colours == 1) return;
   for (uint b = 0; b < bands; ++b) {
-    const REAL f = columns[at + (ulong)(b % colours) * patches + p];
+    if (colours > 1) f = columns[at + (ulong)b * patches + p];
     if (f == 0) continue;
     const uint i = b * patches + p;
     add_to_patch(irradiance, irradiance_lost, unshot, unshot_lost, rho[i], i,
@@ -59,8 +63,9 @@ __kernel void deliver_kept(__global const REAL* columns, uint colours, __global 
   const uint i = get_global_id(0);
   if (i >= patches * bands) return;
   const uint b = i / patches, p = i % patches;
+  const uint colour = colours > 1 ? b : 0;
   REAL sum = 0, lost = 0;
   for (uint s = 0; s < slots; ++s)
-    clrad_add(&sum, &lost, columns[((ulong)s * colours + b % colours) * patches + p] * shot_by_slot[b * slots + s]);
+    clrad_add(&sum, &lost, columns[((ulong)s * colours + colour) * patches + p] * shot_by_slot[b * slots + s]);
   if (sum != 0) add_to_patch(irradiance, irradiance_lost, unshot, unshot_lost, rho[i], i, sum);
 }
