@@ -23,6 +23,11 @@ CLI::Option* add_file(CLI::App& verb, const std::string& name, std::string& path
   return verb.add_option(name, path, help)->check(CLI::Validator(check, "FILE"));
 }
 
+bool left_out(const Report& report, std::string_view effect) {
+  return std::any_of(report.effects.begin(), report.effects.end(),
+                     [&](const Effect& e) { return e.name == effect && e.needed && !e.runs; });
+}
+
 }  // namespace
 
 void OutputArguments::add_views_to(CLI::App& verb, const std::string& in_folder) {
@@ -96,7 +101,9 @@ std::vector<std::string> OutputArguments::write(const std::function<Device&()>& 
   output(image, "picture.png", "draw the picture", [&](const std::string& path) {
     const auto start = std::chrono::steady_clock::now();
     Device& drawing = device();
-    write_image(path, render(drawing, solved, chosen_camera(solved.scene), picture), picture);
+    ImageOptions options = picture;
+    if (left_out(solved.report, "specular")) options.depth = 0;
+    write_image(path, render(drawing, solved, chosen_camera(solved.scene), options), options);
     auto& seconds = solved.report.seconds;
     seconds.render = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     seconds.total += seconds.render;

@@ -93,6 +93,23 @@ TEST_F(CliRender, AmbientAddsReflectedAmbientIrradianceToThePictureAlone) {
   EXPECT_EQ(text("plain.vtu"), text("ambient.vtu"));
 }
 
+TEST_F(CliRender, WithoutSpecularMirrorsShowTheirDiffusePartAlone) {
+  const auto draw = [&](const std::string& name, const std::vector<std::string>& more) {
+    std::vector<std::string> words{
+        "solve", CLRAD_SCENES "/mirror_room.obj", "--patch-edge", "3", "--element-edge", "1.5"};
+    words.insert(words.end(),
+                 {"--samples", "1", "--light-samples", "0", "--converge", "0.5", "--size", "16x16"});
+    words.insert(words.end(), {"--image", path(name)});
+    words.insert(words.end(), more.begin(), more.end());
+    EXPECT_EQ(run(words).code, 0);
+    return pixels(name, 16, 16, 3);
+  };
+  const auto all = draw("all.exr", {}), none = draw("none.exr", {"--without", "specular"}),
+             flat = draw("flat.exr", {"--depth", "0"});
+  EXPECT_EQ(none, flat);
+  EXPECT_NE(none, all);
+}
+
 TEST_F(CliRender, BadUsageIsSaidBeforeAnythingIsWritten) {
   ASSERT_EQ(solve_furnace().code, 0);
   const std::string solution = path("out/solution.clrad");
