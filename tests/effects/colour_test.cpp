@@ -7,13 +7,6 @@ namespace {
 using test::make_room;
 using test::Room;
 
-SolveOptions coarse_mesh() {
-  SolveOptions options;
-  options.mesh = {1, 0.25};
-  options.converge = 1e-6;
-  return options;
-}
-
 std::uint64_t bytes_of(const Solution& s) {
   std::uint64_t bytes = 0;
   for (const StageProfile& stage : s.report.stages) bytes += stage.bytes;
@@ -36,11 +29,11 @@ TEST(Colour, AlikeBandsAreSolvedOnce) {
     Scene one = grey;
     one.bands = {"grey"};
     for (Material& m : one.materials) m.reflectance.resize(1), m.emitted_exitance.resize(1);
-    test::solve_alone(grey,
-                      test::forced(coarse_mesh(), "colour"));  // scratch that a device keeps is made once
-    const Solution skipped = test::solve_alone(grey, coarse_mesh()),
-                   single = test::solve_alone(one, coarse_mesh()),
-                   forced = test::solve_alone(grey, test::forced(coarse_mesh(), "colour"));
+    test::solve_alone(
+        grey, test::forced(test::coarse(1e-6), "colour"));  // scratch that a device keeps is made once
+    const Solution skipped = test::solve_alone(grey, test::coarse(1e-6)),
+                   single = test::solve_alone(one, test::coarse(1e-6)),
+                   forced = test::solve_alone(grey, test::forced(test::coarse(1e-6), "colour"));
     EXPECT_FALSE(test::effect_of(skipped.report.effects, "colour").runs);
     EXPECT_EQ(skipped.bands, 3u);
     EXPECT_EQ(bytes_of(skipped), bytes_of(single));
@@ -54,8 +47,8 @@ TEST(Colour, AlikeBandsAreSolvedOnce) {
 
 TEST(Colour, OneLightsColourIsAFactor) {
   const Scene scene = make_room({.coloured_light = true, .block = true});
-  const Solution skipped = test::solve_alone(scene, coarse_mesh()),
-                 forced = test::solve_alone(scene, test::forced(coarse_mesh(), "colour"));
+  const Solution skipped = test::solve_alone(scene, test::coarse(1e-6)),
+                 forced = test::solve_alone(scene, test::forced(test::coarse(1e-6), "colour"));
   EXPECT_FALSE(test::effect_of(skipped.report.effects, "colour").runs);
   EXPECT_TRUE(test::effect_of(forced.report.effects, "colour").runs);
   EXPECT_LT(test::difference(forced, skipped), allowed(forced, skipped));
@@ -65,7 +58,7 @@ TEST(Colour, OneLightsColourIsAFactor) {
 
 TEST(Colour, ColouredWallsAndLampsOfTwoColoursCallForIt) {
   for (const Room room : {Room{.coloured_wall = true}, Room{.second_lamp = true}}) {
-    const Solution s = test::solve_alone(make_room(room), coarse_mesh());
+    const Solution s = test::solve_alone(make_room(room), test::coarse(1e-6));
     EXPECT_TRUE(test::effect_of(s.report.effects, "colour").runs);
     const std::size_t n = s.vertex_count();
     double differs = 0;
@@ -77,7 +70,7 @@ TEST(Colour, ColouredWallsAndLampsOfTwoColoursCallForIt) {
 
 TEST(Colour, LeftOutTheSolutionIsGrey) {
   const Solution s =
-      test::solve_alone(make_room({.coloured_wall = true}), test::without(coarse_mesh(), "colour"));
+      test::solve_alone(make_room({.coloured_wall = true}), test::without(test::coarse(1e-6), "colour"));
   EXPECT_EQ(s.bands, 1u);
   EXPECT_EQ(s.scene.bands, std::vector<std::string>{"grey"});
   // 0.6, 0.1 and 0.2 by their luminance, in float.

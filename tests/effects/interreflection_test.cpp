@@ -6,13 +6,6 @@ namespace {
 
 using test::make_room;
 
-SolveOptions coarse_and_far() {
-  SolveOptions options;
-  options.mesh = {1, 0.25};
-  options.converge = 1e-6;
-  return options;
-}
-
 // Vertices get the same shots. Patches get the mean of the vertices' sums, not the sum of means: three roundings a term of
 // eps = 6e-8 in sums of weights that add up to 1, and compensated sums of either.
 TEST(Interreflection, OnlyWhereSomethingReflects) {
@@ -20,7 +13,7 @@ TEST(Interreflection, OnlyWhereSomethingReflects) {
     const Scene black = make_room({.block = block, .black = true});
     Scene dark = black;
     for (Material& m : dark.materials) m.reflectance = test::white(0);
-    SolveOptions options = coarse_and_far();
+    SolveOptions options = test::coarse(1e-6);
     options.closure = Closure::off;  // closed rows would be scaled where interreflection runs
     const Solution skipped = test::solve_alone(dark, options),
                    forced = test::solve_alone(dark, test::forced(options, "interreflection"));
@@ -42,8 +35,8 @@ TEST(Interreflection, OnlyWhereSomethingReflects) {
 // In a closed room of mean reflectance R direct light is at least 1 - R_max of all.
 TEST(Interreflection, LeftOutItsErrorIsWithinWhatThePlanSays) {
   const Scene scene = make_room({.coloured_wall = true, .block = true});
-  const Solution all = test::solve_alone(scene, coarse_and_far()),
-                 direct = test::solve_alone(scene, test::without(coarse_and_far(), "interreflection"));
+  const Solution all = test::solve_alone(scene, test::coarse(1e-6)),
+                 direct = test::solve_alone(scene, test::without(test::coarse(1e-6), "interreflection"));
   const double bound = test::effect_of(direct.report.effects, "interreflection").skip_error_relative;
   EXPECT_EQ(bound, 0.8);  // the ceiling's
   double with = 0, without = 0;
@@ -69,7 +62,7 @@ TEST(Interreflection, DarkScenesNeedFewBounces) {
 }
 
 TEST(Interreflection, GatheringWithoutItShootsInstead) {
-  SolveOptions options = test::without(coarse_and_far(), "interreflection");
+  SolveOptions options = test::without(test::coarse(1e-6), "interreflection");
   const Scene scene = make_room({});
   const Solution progressive = test::solve_alone(scene, options);
   for (const Solver solver : {Solver::gathering, Solver::gauss_seidel}) {

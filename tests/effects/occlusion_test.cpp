@@ -6,27 +6,21 @@ namespace {
 
 using test::make_room;
 
-SolveOptions coarse() {
-  SolveOptions options;
-  options.mesh = {1, 0.25};
-  return options;
-}
-
 TEST(Occlusion, OnlyWhereSomethingMayStandBetween) {
   for (const bool turned : {false, true}) {
     const Scene open = make_room({.turned = turned});
-    const Solution skipped = test::solve_alone(open, coarse());
+    const Solution skipped = test::solve_alone(open, test::coarse());
     test::expect_no_trace(skipped, "occlusion");
     EXPECT_EQ(skipped.report.rays, 0u);
     for (const char* engine : {"auto", "chop", "serial"}) {
-      SolveOptions options = test::forced(coarse(), "occlusion");
+      SolveOptions options = test::forced(test::coarse(), "occlusion");
       options.engine = engine;
       const Solution forced = test::solve_alone(open, options);
       test::expect_trace(forced, "occlusion");
       EXPECT_GT(forced.report.rays, 0u);
       test::expect_same_bits(skipped, forced);
     }
-    test::expect_trace(test::solve_alone(make_room({.block = true, .turned = turned}), coarse()),
+    test::expect_trace(test::solve_alone(make_room({.block = true, .turned = turned}), test::coarse()),
                        "occlusion");
   }
 }
@@ -36,7 +30,7 @@ TEST(Occlusion, SkippingItChangesNoBit) {
   const Scene open = make_room({.coloured_wall = true});
   for (const Estimator estimator : {Estimator::exact, Estimator::subdisk, Estimator::disk})
     for (const Precision precision : {Precision::float32, Precision::float64}) {
-      SolveOptions options = coarse();
+      SolveOptions options = test::coarse();
       options.estimator = estimator;
       options.sensors = {{{1, 1, 1}, {0, 0, 1}}, {{2, 3, 0}, {0, 0, 1}}};
       const Solution skipped = test::solve_alone(open, options, precision),
@@ -54,15 +48,15 @@ TEST(Occlusion, WhatLiesInAPlaneCoversWithoutIt) {
   Polygon lamp = scene.polygons[5];
   for (auto& c : lamp.corner) c = 0.5 * (c + glm::dvec3(1.5, 2, 2.5));
   scene.polygons.push_back(lamp);
-  const Solution skipped = test::solve_alone(scene, coarse()),
-                 forced = test::solve_alone(scene, test::forced(coarse(), "occlusion"));
+  const Solution skipped = test::solve_alone(scene, test::coarse()),
+                 forced = test::solve_alone(scene, test::forced(test::coarse(), "occlusion"));
   EXPECT_FALSE(test::effect_of(skipped.report.effects, "occlusion").needed);
   EXPECT_GT(std::count(skipped.vertex_covered.begin(), skipped.vertex_covered.end(), 1), 0);
   test::expect_same_bits(skipped, forced);
 }
 
 TEST(Occlusion, ASensorBehindAWallCallsForIt) {
-  SolveOptions options = coarse();
+  SolveOptions options = test::coarse();
   options.sensors = {{{1, 1, 1}, {0, 0, 1}}};
   EXPECT_FALSE(test::effect_of(plan_effects(make_room({}), options), "occlusion").needed);
   options.sensors.push_back({{1, 1, 5}, {0, 0, -1}});
@@ -73,8 +67,8 @@ TEST(Occlusion, ASensorBehindAWallCallsForIt) {
 
 TEST(Occlusion, LeftOutItIsSaidAndTheBlockCastsNoShadow) {
   const Scene scene = make_room({.block = true});
-  const Solution all = test::solve_alone(scene, coarse()),
-                 open = test::solve_alone(scene, test::without(coarse(), "occlusion"));
+  const Solution all = test::solve_alone(scene, test::coarse()),
+                 open = test::solve_alone(scene, test::without(test::coarse(), "occlusion"));
   EXPECT_GT(test::difference(all, open), 0.1);
   const auto& warnings = open.report.warnings;
   EXPECT_TRUE(std::any_of(warnings.begin(), warnings.end(), [](const std::string& w) {

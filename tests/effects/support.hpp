@@ -50,6 +50,14 @@ inline void expect_trace(const Solution& solution, const std::string& name) {
   EXPECT_GT(effect.launches, 0u);
 }
 
+/// A coarse mesh of the rooms of effects/rooms.hpp.
+inline SolveOptions coarse(double converge = 1e-3) {
+  SolveOptions options;
+  options.mesh = {1, 0.25};
+  options.converge = converge;
+  return options;
+}
+
 inline SolveOptions forced(SolveOptions options, const std::string& name) {
   options.force_effects = {name};
   return options;
