@@ -48,6 +48,7 @@ void SolveArguments::add_to(CLI::App& verb) {
       ->check(CLI::PositiveNumber)
       ->group(accuracy);
 
+  verb.add_flag("!--no-error", options.error, "do not estimate what the solution is off by");
   verb.add_flag("!--no-near-field", options.near_field,
                 "light vertices by the average of a patch however near it is")
       ->group(accuracy);

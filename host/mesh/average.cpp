@@ -145,4 +145,12 @@ std::vector<double> element_averages(const Mesh& mesh, const std::vector<std::ui
   return averages;
 }
 
+std::vector<double> vertex_areas(const Mesh& mesh, const std::vector<std::uint8_t>& covered) {
+  std::vector<double> area(mesh.vertex_count(), 0);
+  for (const Element& e : mesh.elements)
+    for (std::size_t k = 0; k < 4; ++k)
+      if (e.vertex[k] != 0xffffffffu && !covered[e.vertex[k]]) area[e.vertex[k]] += e.weight[k] * e.area_m2;
+  return area;
+}
+
 }  // namespace clrad

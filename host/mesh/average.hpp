@@ -20,4 +20,7 @@ void average_by_parents(Mesh& mesh, const std::vector<std::uint8_t>& covered);
 std::vector<double> element_averages(const Mesh& mesh, const std::vector<std::uint8_t>& covered,
                                      const std::vector<double>& values);
 
+/// The area that each vertex stands for in these averages [m^2]; 0 where it is covered.
+std::vector<double> vertex_areas(const Mesh& mesh, const std::vector<std::uint8_t>& covered);
+
 }  // namespace clrad

@@ -5,6 +5,7 @@
 
 #include "clrad/accuracy.hpp"
 #include "clrad/error.hpp"
+#include "mesh/average.hpp"
 
 namespace clrad {
 namespace {
@@ -23,16 +24,6 @@ bool same_mesh(const Mesh& a, const Mesh& b) {
          a.lattice == b.lattice;
 }
 
-// The area that each vertex stands for; 0 where it is covered.
-std::vector<double> vertex_areas(const Solution& s) {
-  std::vector<double> area(s.vertex_count(), 0);
-  for (const Element& e : s.mesh.elements)
-    for (std::size_t k = 0; k < 4; ++k)
-      if (e.vertex[k] != 0xffffffffu && !s.vertex_covered[e.vertex[k]])
-        area[e.vertex[k]] += e.weight[k] * e.area_m2;
-  return area;
-}
-
 }  // namespace
 
 Comparison compare(const Solution& solution, const Solution& reference) {
@@ -49,7 +40,7 @@ Comparison compare(const Solution& solution, const Solution& reference) {
   Comparison result;
   result.by_vertices = same_mesh(solution.mesh, reference.mesh);
   if (result.by_vertices) {
-    const std::vector<double> area = vertex_areas(reference);
+    const std::vector<double> area = vertex_areas(reference.mesh, reference.vertex_covered);
     const std::size_t n = area.size();
     for (std::uint32_t b = 0; b < bands; ++b)
       for (std::size_t v = 0; v < n; ++v)

@@ -35,6 +35,23 @@ std::vector<Fill> next_ring(const Mesh& mesh, std::vector<std::uint8_t>& covered
   return ring;
 }
 
+// Covered vertices take the mean of their neighbours that are not, rings inwards, so that an element all of whose corners are
+// covered, each by another block, is not black.
+void fill_covered(const Solution& solution, std::vector<double>& values) {
+  const std::uint32_t vertices = solution.vertex_count();
+  std::vector<std::uint8_t> covered = solution.vertex_covered;
+  if (std::none_of(covered.begin(), covered.end(), [](std::uint8_t c) { return c != 0; })) return;
+  for (auto ring = next_ring(solution.mesh, covered); !ring.empty(); ring = next_ring(solution.mesh, covered))
+    for (std::uint32_t band = 0; band < solution.bands; ++band) {
+      double* const b = values.data() + std::size_t(band) * vertices;
+      for (const Fill& fill : ring) {
+        double sum = 0;
+        for (const std::uint32_t v : fill.from) sum += b[v];
+        b[fill.vertex] = sum / double(fill.from.size());
+      }
+    }
+}
+
 // Radiosity, or where `light_on_textures` and there is a texture, irradiance.
 std::vector<double> displayed_values(const Solution& solution, bool ambient, bool light_on_textures) {
   const std::uint32_t vertices = solution.vertex_count();
@@ -51,18 +68,7 @@ std::vector<double> displayed_values(const Solution& solution, bool ambient, boo
       b = solution.vertex_radiosity(band, v, polygon);
       if (more != 0) b += solution.vertex_reflectance(band, v, polygon) * more;
     }
-  // Rings inwards, so that an element all of whose corners are covered, each by another block, is not black.
-  std::vector<std::uint8_t> covered = solution.vertex_covered;
-  if (std::none_of(covered.begin(), covered.end(), [](std::uint8_t c) { return c != 0; })) return radiosity;
-  for (auto ring = next_ring(solution.mesh, covered); !ring.empty(); ring = next_ring(solution.mesh, covered))
-    for (std::uint32_t band = 0; band < solution.bands; ++band) {
-      double* const b = radiosity.data() + std::size_t(band) * vertices;
-      for (const Fill& fill : ring) {
-        double sum = 0;
-        for (const std::uint32_t v : fill.from) sum += b[v];
-        b[fill.vertex] = sum / double(fill.from.size());
-      }
-    }
+  fill_covered(solution, radiosity);
   return radiosity;
 }
 
@@ -74,6 +80,12 @@ std::vector<double> display_radiosity(const Solution& solution, bool ambient) {
 
 std::vector<double> display_light(const Solution& solution, bool ambient) {
   return displayed_values(solution, ambient, true);
+}
+
+std::vector<double> display_irradiance(const Solution& solution) {
+  std::vector<double> irradiance = solution.vertex_irradiance;
+  fill_covered(solution, irradiance);
+  return irradiance;
 }
 
 std::vector<PolygonMean> polygon_means(const Solution& solution) {

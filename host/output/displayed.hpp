@@ -11,12 +11,14 @@ namespace clrad {
 /// What is interpolated: values at vertices and what edges have besides. kernels/render/shade.cl reads the same.
 struct Displayed {
   std::size_t vertices, edge_count;
-  /// display_radiosity(), or in a solution with textures display_light(), [band][vertex] [W/m^2 or lm/m^2].
+  /// display_radiosity(), or in a solution with textures display_light() (or what was given), [band][vertex] [W/m^2 or lm/m^2].
   std::vector<double> radiosity;
   Edges edges;
   std::vector<double> bend;  ///< edge_bends(), [band][edge], the same unit
 
   explicit Displayed(const Solution& solution, bool ambient = false);
+  /// The same of any values [band][vertex] on the solution's mesh.
+  Displayed(const Solution& solution, std::vector<double> values);
   double at(std::uint32_t band, const Interpolant& where) const;
 };
 

@@ -137,8 +137,9 @@ void visit_fields(Visit& visit, M& energy) {
 
 template <class Visit, OneOf<decltype(Report::error)> M>
 void visit_fields(Visit& visit, M& error) {
-  auto& [total_relative, parts] = error;
-  visit("total_relative", total_relative), visit("parts", parts);
+  auto& [total_relative, sensors_relative, parts] = error;
+  visit("total_relative", total_relative), visit("sensors_relative", sensors_relative);
+  visit("parts", parts);
 }
 
 template <class Visit, OneOf<decltype(Report::refinement)> M>

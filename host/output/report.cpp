@@ -65,7 +65,9 @@ Json error_json(const Report& report) {
   for (const ErrorPart& part : report.error.parts)
     parts.push_back(
         {{"name", part.name}, {"relative", part.relative}, {"kind", part.bound ? "bound" : "estimate"}});
-  return {{"total_relative", report.error.total_relative}, {"parts", parts}};
+  return {{"total_relative", report.error.total_relative},
+          {"sensors_relative", report.error.sensors_relative},
+          {"parts", parts}};
 }
 
 Json polygons_json(const Solution& solution, const Units& units) {

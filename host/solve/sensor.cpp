@@ -13,8 +13,6 @@ namespace clrad {
 namespace {
 
 constexpr const char* sensor_kernels = "solve/sensor.cl";
-// A patch closer than this many of its diameters is gathered by elements.
-constexpr double near_diameters = 6.0;
 
 // A sensor within the grid's rounding of a polygon that faces its way lies on it, and ignores its plane.
 std::uint32_t plane_under(const Solution& solution, std::span<const std::uint32_t> planes,
@@ -34,6 +32,17 @@ std::uint32_t plane_under(const Solution& solution, std::span<const std::uint32_
     if (inside) return planes[p];
   }
   return 0xffffffffu;
+}
+
+// [band][node]: for elements, too, the radiosity of the patch.
+std::vector<double> radiosity_of_patches(const Nodes& nodes, std::uint32_t patches, std::uint32_t bands) {
+  const std::size_t count = nodes.brightness.size();
+  std::vector<double> radiosity = nodes.radiosity;
+  for (std::uint32_t b = 0; b < bands; ++b)
+    for (std::uint32_t p = 0; p < patches; ++p)
+      for (std::uint32_t e = nodes.first_element[p]; e < nodes.first_element[p + 1]; ++e)
+        radiosity[b * count + patches + e] = radiosity[b * count + p];
+  return radiosity;
 }
 
 // irradiance[sensor * bands + band]
@@ -73,34 +82,28 @@ Frame frame_with_sensors(const Scene& scene, std::span<const Sensor> sensors) {
   return frame;
 }
 
-std::vector<SensorResult> gather_at_sensors(Device& device, const Solution& solution,
-                                            std::span<const std::uint32_t> planes, VisibilityEngine& engine,
-                                            const SolveOptions& options, const Glass* glass, Lights* lights) {
-  if (options.sensors.empty()) return {};
-  const auto stage = device.stage("gather at sensors");
-  std::vector<Point> points;
-  for (const Sensor& s : options.sensors) {
-    const glm::dvec3 position = solution.frame.to_frame(s.position_m), normal = glm::normalize(s.normal);
-    points.push_back({position, normal, plane_under(solution, planes, position, normal), 0xffffffffu});
-  }
-  const Nodes nodes = make_nodes(solution);
-  const auto patches = std::uint32_t(solution.mesh.patches.size());
+Gathered gather_at_points(Device& device, const Gather& gather, std::uint32_t patches,
+                          VisibilityEngine& engine, const Glass* glass, Lights* lights) {
+  const Nodes& nodes = gather.nodes;
+  const std::uint32_t bands = gather.bands;
   const auto node_count = std::uint32_t(nodes.brightness.size());
-  const auto sensors = std::uint32_t(points.size());
+  const auto sensors = std::uint32_t(gather.points.size());
   const std::uint32_t colours = glass ? glass->colours() : 1;
-  const PointArray sensor(device, points, "sensors"), corners(device, nodes.corners, "node corners");
+  const PointArray sensor(device, gather.points, "sensors"), corners(device, nodes.corners, "node corners");
   const RealArray shooters(device, nodes.shooters, "nodes"),
       radiosity(device, nodes.radiosity, "node radiosity"),
       brightness(device, nodes.brightness, "node brightness");
   const Array<std::uint32_t> first_element(device, nodes.first_element, "patch segments");
-  RealArray irradiance(device, std::uint64_t(sensors) * solution.bands, "sensor irradiance");
-  RealArray error(device, std::uint64_t(sensors) * solution.bands, "sensor errors");
+  const RealArray of_patches(device, radiosity_of_patches(nodes, patches, bands), "node radiosity");
+  const std::uint64_t values = std::uint64_t(sensors) * bands;
+  RealArray irradiance(device, values, "sensor irradiance"), flat(device, values, "sensor irradiance"),
+      error(device, values, "sensor errors");
 
   // Rays dominate: origins, ends, kernel, mask and owners take some 150 bytes each, what glass lets pass 8 a band; pairs less.
   const std::uint64_t room =
       (device.ledger()->limit - std::min(device.ledger()->limit, device.ledger()->held)) / 4;
   const std::uint64_t per_sensor =
-      (std::uint64_t(options.sensor_rays) + 4 * std::uint64_t(patches)) * (300 + 8 * (colours - 1));
+      (std::uint64_t(gather.rays) + 4 * std::uint64_t(patches)) * (300 + 8 * (colours - 1));
   const auto batch = std::uint32_t(std::clamp<std::uint64_t>(
       room / per_sensor, 1, std::min<std::uint64_t>(sensors, (1u << 30) / patches)));
 
@@ -113,7 +116,8 @@ std::vector<SensorResult> gather_at_sensors(Device& device, const Solution& solu
   for (std::uint32_t first = 0; first < sensors; first += batch) {
     const std::uint32_t count = std::min(batch, sensors - first);
     device.run(sensor_kernels, "sensor_nodes", std::uint64_t(count) * patches, sensor, corners, first_element,
-               brightness, Real{near_diameters * near_diameters}, counts, first, count, patches);
+               brightness, Real{gather.near_diameters * gather.near_diameters}, counts, first, count,
+               patches);
     const Allocation pairs =
         allocate(device, counts.buffer(), std::uint64_t(count) * patches, "pairs of sensor and node");
     grow(node, device, pairs.total, "pairs"), grow(factor, device, pairs.total, "pairs"),
@@ -126,12 +130,12 @@ std::vector<SensorResult> gather_at_sensors(Device& device, const Solution& solu
     device.run(sensor_kernels, "sensor_segments", count + 1, pairs.offsets, segments, count, patches);
     segmented_reduce_sum(device, weight.buffer(), segments.buffer(), total.buffer(), count);
     device.run(sensor_kernels, "sensor_ray_counts", pairs.total, pairs.owner, weight, total,
-               float(options.sensor_rays), ray_counts, pairs.total, patches);
+               float(gather.rays), ray_counts, pairs.total, patches);
     const Allocation rays = allocate(device, ray_counts.buffer(), pairs.total, "rays of sensors");
     grow(origins, device, rays.total, "sensor rays"), grow(ends, device, rays.total, "sensor rays");
     grow(kernel_of, device, rays.total, "sensor rays"), grow(masks, device, rays.total, "sensor rays");
     device.run(sensor_kernels, "sensor_rays", rays.total, sensor, corners, pairs.owner, node, rays.owner,
-               rays.rank, origins, ends, kernel_of, first, rays.total, patches, std::uint32_t(options.seed));
+               rays.rank, origins, ends, kernel_of, first, rays.total, patches, std::uint32_t(gather.seed));
     const Segments segments_of_rays{&origins, nullptr, rays.total, &ends, 0};
     engine.occluded(segments_of_rays, masks);
     const RealArray passes =
@@ -141,21 +145,46 @@ std::vector<SensorResult> gather_at_sensors(Device& device, const Solution& solu
                  std::uint32_t(passes.size() > 0), passes.size() > 0 ? passes : factor,
                  std::uint64_t(c) * rays.total, factor, visible, variance, std::uint64_t(c) * pairs.total,
                  pairs.total);
-    device.run(sensor_kernels, "sensor_sum", std::uint64_t(count) * solution.bands, colours, pairs.total,
-               pairs.offsets, node, visible, variance, radiosity, irradiance, error, first, count, patches,
-               node_count, solution.bands);
+    const auto sum = [&](const RealArray& of_nodes, RealArray& to) {
+      device.run(sensor_kernels, "sensor_sum", std::uint64_t(count) * bands, colours, pairs.total,
+                 pairs.offsets, node, visible, variance, of_nodes, to, error, first, count, patches,
+                 node_count, bands);
+    };
+    sum(of_patches, flat);
+    sum(radiosity, irradiance);
   }
 
-  auto h = irradiance.download();
-  const auto e = error.download();
-  if (lights) add_light_of(*lights, device, engine, sensor, solution.bands, h);
+  Gathered result{irradiance.download(), error.download(), flat.download()};
+  if (lights) {
+    add_light_of(*lights, device, engine, sensor, bands, result.irradiance);
+    add_light_of(*lights, device, engine, sensor, bands, result.flat);
+  }
+  return result;
+}
+
+std::vector<SensorResult> gather_at_sensors(Device& device, const Solution& solution,
+                                            std::span<const std::uint32_t> planes, VisibilityEngine& engine,
+                                            const SolveOptions& options, const Glass* glass, Lights* lights) {
+  if (options.sensors.empty()) return {};
+  const auto stage = device.stage("gather at sensors");
+  std::vector<Point> points;
+  for (const Sensor& s : options.sensors) {
+    const glm::dvec3 position = solution.frame.to_frame(s.position_m), normal = glm::normalize(s.normal);
+    points.push_back({position, normal, plane_under(solution, planes, position, normal), 0xffffffffu});
+  }
+  const Nodes nodes = make_nodes(solution);
+  Gather gather{points, nodes};
+  gather.rays = options.sensor_rays, gather.seed = options.seed, gather.bands = solution.bands;
+  const Gathered h =
+      gather_at_points(device, gather, std::uint32_t(solution.mesh.patches.size()), engine, glass, lights);
   std::vector<SensorResult> results;
-  for (std::uint32_t s = 0; s < sensors; ++s) {
+  for (std::size_t s = 0; s < points.size(); ++s) {
     const auto at = std::ptrdiff_t(s) * solution.bands;
-    results.push_back({options.sensors[s].position_m,
-                       glm::normalize(options.sensors[s].normal),
-                       {h.begin() + at, h.begin() + at + solution.bands},
-                       {e.begin() + at, e.begin() + at + solution.bands}});
+    const auto part = [&](const std::vector<double>& all) {
+      return std::vector<double>(all.begin() + at, all.begin() + at + solution.bands);
+    };
+    results.push_back({options.sensors[s].position_m, glm::normalize(options.sensors[s].normal),
+                       part(h.irradiance), part(h.error)});
   }
   return results;
 }

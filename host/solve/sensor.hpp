@@ -8,6 +8,7 @@
 #include "clrad/solution.hpp"
 #include "clrad/visibility.hpp"
 #include "solve/lights.hpp"
+#include "solve/nodes.hpp"
 
 namespace clrad {
 
@@ -15,6 +16,29 @@ class Glass;
 
 /// frame_of(scene), made larger where a sensor or a point or spot light stands far outside the scene.
 Frame frame_with_sensors(const Scene& scene, std::span<const Sensor> sensors);
+
+/// Points at which light is gathered, and how.
+struct Gather {
+  std::span<const Point> points;  ///< frame
+  const Nodes& nodes;
+  std::uint32_t rays = 8192;    ///< from a point, shared out by what each surface brings
+  double near_diameters = 6.0;  ///< a patch closer than this many of its diameters is gathered by elements
+  std::uint64_t seed = 1;
+  std::uint32_t bands = 1;
+};
+
+/// [point * bands + band]
+struct Gathered {
+  std::vector<double> irradiance;
+  std::vector<double> error;  ///< one standard error of the visibility sampling
+  std::vector<double>
+      flat;  ///< irradiance, were every element as bright as the mean of its patch; the same rays
+};
+
+/// H = sum over nodes of B x form factor x visible fraction at each point. Of each ray arrives what `glass` lets pass (null: there is
+/// none). What `lights` (null: none) bring is added to both irradiances; its visibility is exact.
+Gathered gather_at_points(Device& device, const Gather& gather, std::uint32_t patches,
+                          VisibilityEngine& engine, const Glass* glass = nullptr, Lights* lights = nullptr);
 
 /// H = sum over surfaces of B x form factor x visible fraction at each of options.sensors: by patches, and by elements
 /// where the patch is near (closer than `near_diameters` of its own diameter). Rays (options.sensor_rays) are shared out by each surface's

@@ -186,6 +186,10 @@ void deliver_pending(SolveState& state) {
   state.pending.fill_zero();
 }
 
+void deliver_column(SolveState& state, const RealArray& column, const RealArray& shot, std::uint32_t patch) {
+  deliver_to_vertices(state, column, shot, state.patches, patch);
+}
+
 std::uint64_t shoot_to_new(SolveState& state, std::uint32_t first) {
   std::uint64_t rays = 0;
   for (std::uint32_t slot = 0; slot < state.patch_of_slot.size(); ++slot) {

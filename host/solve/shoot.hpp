@@ -21,6 +21,9 @@ void trace(SolveState& state, std::uint32_t patch);
 const RealArray& trace_some(SolveState& state, std::uint32_t patch, std::uint32_t first,
                             const std::function<void(Array<std::uint32_t>&)>& keep);
 
+/// Irradiance of the vertices += column x shot[band][patch].
+void deliver_column(SolveState& state, const RealArray& column, const RealArray& shot, std::uint32_t patch);
+
 /// Shoots the unshot radiosity of every patch whose column is kept through the kept columns, at patch level; vertices get
 /// it in deliver_pending().
 void reshoot_kept(SolveState& state);

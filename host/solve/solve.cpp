@@ -17,6 +17,7 @@
 #include "scene/planes.hpp"
 #include "scene/range.hpp"
 #include "scene/texture.hpp"
+#include "solve/accuracy.hpp"
 #include "solve/balance.hpp"
 #include "solve/check_options.hpp"
 #include "solve/checkpoint.hpp"
@@ -194,6 +195,7 @@ Solution solve_bands(Device& device, const Scene& scene, const SolveOptions& opt
   solution.ambient = ambient_irradiance(state);
   solution.vertex_irradiance = state.vertex_irradiance.download();
   solution.patch_irradiance = state.patch_irradiance.download();
+  const std::vector<double> before_near_field = solution.vertex_irradiance;
   if (options.near_field) {
     gather_near_field(state, solution);
     solution.vertex_irradiance = state.vertex_irradiance.download();
@@ -216,12 +218,11 @@ Solution solve_bands(Device& device, const Scene& scene, const SolveOptions& opt
   judge_rows(state, solution);
   warn_of_specular(state, report);
   if (state.direct) warn_of_lights(*state.direct, report.warnings);
-  report.error.parts.push_back({"convergence", solution.unshot_relative, false});
   if (has_textures(scene) && runs(effects, "textures"))
     report.error.parts.push_back({"texture within patches", texture_correlation(solution), false});
   bound_rounding(state, solution);
   note_left_out(report);
-  report.error.total_relative = NAN;  // the other parts are not estimated yet
+  if (options.error) estimate_error(state, solution, before_near_field);
   return solution;
 }
 

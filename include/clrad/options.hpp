@@ -87,6 +87,7 @@ struct SolveOptions {
   std::vector<std::string> force_effects;
   /// Effects to leave out though the scene calls for them: the answer is wrong by what they do.
   std::vector<std::string> without;
+  bool error = true;               ///< estimate what the solve is off by (Report::error)
   bool strict = false;             ///< a violated invariant is an error, not a warning
   std::string checkpoint;          ///< file to keep the state of a running solve in; empty: none
   double checkpoint_every_s = 30;  ///< least time between two; also not more than 5 % of the solve's time

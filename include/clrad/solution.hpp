@@ -20,7 +20,7 @@ struct SensorResult {
   glm::dvec3 position_m{0, 0, 0};
   glm::dvec3 normal{0, 0, 1};
   std::vector<double> irradiance;        ///< H per band [W/m^2 or lm/m^2]
-  std::vector<double> irradiance_error;  ///< one standard error of the visibility sampling [as irradiance]
+  std::vector<double> irradiance_error;  ///< one standard error, estimated [as irradiance]
 };
 
 struct Invariant {
@@ -60,8 +60,11 @@ struct Report {
     double unaccounted_relative = 0;
   } energy;
   struct {
-    double total_relative = 0;
-    std::vector<ErrorPart> parts;
+    /// RMS error of irradiance over the scene's exposed surfaces, relative to its mean there: root of the sum of squares of the
+    /// parts that are estimates; bounds, of the worst place, stand beside it. NaN where a part is unknown, or nothing was estimated.
+    double total_relative = NAN;
+    double sensors_relative = NAN;  ///< the same over the sensors; NaN where there are none
+    std::vector<ErrorPart> parts;   ///< relative to the same mean
   } error;
   /// Adaptive subdivision; all 0 without it.
   struct {
@@ -150,6 +153,8 @@ std::vector<double> display_radiosity(const Solution& solution, bool ambient = f
 /// The same, but with the irradiance H on polygons that have a texture: a picture shows E + rho H there, with the texture's
 /// own rho.
 std::vector<double> display_light(const Solution& solution, bool ambient = false);
+/// Irradiance to draw, [band][vertex], with covered vertices filled in likewise [W/m^2].
+std::vector<double> display_irradiance(const Solution& solution);
 
 /// Area-weighted means of one polygon.
 struct PolygonMean {

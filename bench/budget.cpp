@@ -1,0 +1,189 @@
+// How good the estimate of its own error is that each solve gives: estimated against true RMS error of irradiance, over the
+// reference rooms and settings from coarse to fine; of the displayed irradiance all over the surfaces, and at the reference's
+// points. Truth all over is a careful gather of a finer solution, at the points the reference.
+// bench_budget [-o FILE.json] [--quick]
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <nlohmann/json.hpp>
+#include <random>
+
+#include "../tests/oracle/reference.hpp"
+#include "clrad/clrad.hpp"
+#include "mesh/locate.hpp"
+#include "output/displayed.hpp"
+
+namespace {
+
+using namespace clrad;
+
+struct Place {
+  std::uint32_t polygon;
+  double u, v;
+};
+
+// By area; those that something covers, or that share an element with such, are left out.
+std::vector<Place> places_on(const Solution& s, std::size_t count) {
+  std::mt19937_64 random(1);
+  const auto unit = [&] { return double(random() >> 11) * 0x1p-53; };
+  std::vector<double> sum;
+  for (const Polygon& p : s.scene.polygons) sum.push_back((sum.empty() ? 0 : sum.back()) + p.area_m2());
+  std::vector<Place> places;
+  for (std::size_t k = 0; k < count; ++k) {
+    const double at = (double(k) + unit()) / double(count) * sum.back();
+    Place p{std::uint32_t(std::upper_bound(sum.begin(), sum.end(), at) - sum.begin()), unit(), unit()};
+    const std::uint32_t corners = s.scene.polygons[p.polygon].corners;
+    if (corners == 3 && p.u + p.v > 1) p.u = 1 - p.u, p.v = 1 - p.v;
+    const Interpolant w = locate(s.mesh, p.polygon, corners, p.u, p.v);
+    if (std::none_of(w.vertex.begin(), w.vertex.end(), [&](std::uint32_t v) { return s.vertex_covered[v]; }))
+      places.push_back(p);
+  }
+  return places;
+}
+
+std::vector<Sensor> sensors_at(const Scene& scene, const std::vector<Place>& places) {
+  std::vector<Sensor> sensors;
+  for (const Place& p : places) {
+    const Polygon& q = scene.polygons[p.polygon];
+    const glm::dvec3 position =
+        q.corners == 3 ? q.corner[0] + p.u * (q.corner[1] - q.corner[0]) + p.v * (q.corner[2] - q.corner[0])
+                       : (1 - p.u) * (1 - p.v) * q.corner[0] + p.u * (1 - p.v) * q.corner[1] +
+                             p.u * p.v * q.corner[2] + (1 - p.u) * p.v * q.corner[3];
+    sensors.push_back({position, q.normal()});
+  }
+  return sensors;
+}
+
+// [place * bands + band]
+std::vector<double> shown(const Solution& s, const std::vector<Place>& places) {
+  const Displayed displayed(s, display_irradiance(s));
+  std::vector<double> h;
+  for (const Place& p : places) {
+    const Interpolant at = locate(s.mesh, p.polygon, s.scene.polygons[p.polygon].corners, p.u, p.v);
+    for (std::uint32_t b = 0; b < s.bands; ++b) h.push_back(displayed.at(b, at));
+  }
+  return h;
+}
+
+std::vector<double> at_sensors(const Solution& s) {
+  std::vector<double> h;
+  for (const SensorResult& r : s.sensors) h.insert(h.end(), r.irradiance.begin(), r.irradiance.end());
+  return h;
+}
+
+double rms(const std::vector<double>& h, const std::vector<double>& reference) {
+  double squares = 0, mean = 0;
+  for (std::size_t i = 0; i < h.size(); ++i)
+    squares += (h[i] - reference[i]) * (h[i] - reference[i]), mean += reference[i];
+  return std::sqrt(squares * double(h.size())) / mean;
+}
+
+struct Setting {
+  std::string name;
+  SolveOptions options;
+};
+
+std::vector<Setting> settings_for(double extent) {
+  std::vector<Setting> all;
+  const auto add = [&](const std::string& name, double patches, double elements, auto change) {
+    SolveOptions o;
+    o.mesh.patch_edge_m = extent / patches, o.mesh.element_edge_m = extent / elements;
+    o.sensor_rays = 2048;
+    change(o);
+    all.push_back({name, o});
+  };
+  const auto plain = [](SolveOptions&) {};
+  for (const auto& [p, e] : {std::pair{2, 4}, {2, 16}, {4, 8}, {4, 16}, {4, 32}, {8, 16}, {8, 32}, {8, 64}})
+    add(fmt::format("{}/{}", p, e), p, e, plain);
+  add("1 sample", 4, 32, [](SolveOptions& o) { o.samples = 1, o.light_samples = 16; });
+  add("16 samples", 4, 32, [](SolveOptions& o) { o.samples = 16, o.light_samples = 1024; });
+  add("converge 1e-1", 4, 32, [](SolveOptions& o) { o.converge = 0.1; });
+  add("converge 1e-2", 4, 32, [](SolveOptions& o) { o.converge = 0.01; });
+  add("disk", 4, 32, [](SolveOptions& o) { o.estimator = Estimator::disk; });
+  add("subdisk", 4, 32, [](SolveOptions& o) { o.estimator = Estimator::subdisk; });
+  add("adaptive 0.05", 4, 8, [](SolveOptions& o) { o.adaptive.tolerance = 0.05; });
+  return all;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::string out = "out/bench/budget.json", only;
+  bool quick = false;
+  for (int i = 1; i < argc; ++i) {
+    if (std::strcmp(argv[i], "--quick") == 0)
+      quick = true;
+    else if (std::strcmp(argv[i], "-o") == 0 && i + 1 < argc)
+      out = argv[++i];
+    else
+      only = argv[i];
+  }
+  Device device;
+  nlohmann::json rows = nlohmann::json::array();
+  fmt::print("{:<15} {:<14} {:>8} {:>8} {:>6}   {:>8} {:>8} {:>6}   {:>8} {:>6}\n", "scene", "setting",
+             "RMS est.", "true", "ratio", "sensors", "true", "ratio", "solve s", "share");
+  std::size_t within[2] = {0, 0}, below[2] = {0, 0}, count[2] = {0, 0};
+  for (const char* file : {"c_boxes.json", "c_scenes_with_occlusion.json"})
+    for (const auto& reference : oracle::reference(file).at("cases")) {
+      const std::string id = reference.at("id");
+      if (!only.empty() && id.find(only) == std::string::npos) continue;
+      if (quick && id != "C-block-room-1" && id != "C-daylit-1") continue;
+      const Scene scene = oracle::scene_of(reference.at("scene"));
+      const double extent = oracle::extent_of(scene);
+      SolveOptions fine;
+      fine.mesh.patch_edge_m = extent / 16, fine.mesh.element_edge_m = extent / 64;
+      fine.converge = 1e-5, fine.samples = 16, fine.light_samples = 1024, fine.error = false;
+      std::vector<Place> places;
+      {
+        SolveOptions coarse;
+        coarse.mesh.element_edge_m = extent / 32;
+        places = places_on(solve(device, scene, coarse), 600);
+      }
+      fine.sensors = sensors_at(scene, places), fine.sensor_rays = 8192;
+      const std::vector<double> truth = at_sensors(solve(device, scene, fine));
+      std::vector<double> at_points;
+      std::vector<Sensor> sensors;
+      for (const auto& p : reference.at("points")) {
+        sensors.push_back({oracle::vec(p.at("point")), oracle::vec(p.at("normal"))});
+        const auto h = p.at("H").get<std::vector<double>>();
+        at_points.insert(at_points.end(), h.begin(), h.end());
+      }
+      for (Setting setting : settings_for(extent)) {
+        setting.options.sensors = sensors;
+        const Solution s = solve(device, scene, setting.options);
+        double estimating = 0;
+        for (const StageProfile& stage : s.report.stages)
+          if (stage.name == "estimate the error") estimating = stage.seconds;
+        const double estimate[2] = {s.report.error.total_relative, s.report.error.sensors_relative};
+        const double error[2] = {rms(shown(s, places), truth), rms(at_sensors(s), at_points)};
+        double ratio[2];
+        for (int k = 0; k < 2; ++k) {
+          ratio[k] = estimate[k] / error[k];
+          ++count[k], within[k] += ratio[k] >= 0.5 && ratio[k] <= 3, below[k] += ratio[k] < 1.0 / 3;
+        }
+        fmt::print(
+            "{:<15} {:<14} {:>6.2f} % {:>6.2f} % {:>6.2f}   {:>6.2f} % {:>6.2f} % {:>6.2f}   {:>8.2f} "
+            "{:>4.0f} %\n",
+            id, setting.name, 100 * estimate[0], 100 * error[0], ratio[0], 100 * estimate[1], 100 * error[1],
+            ratio[1], s.report.seconds.solve, 100 * estimating / s.report.seconds.solve);
+        nlohmann::json parts;
+        for (const ErrorPart& part : s.report.error.parts) parts[part.name] = part.relative;
+        rows.push_back({{"scene", id},
+                        {"setting", setting.name},
+                        {"estimate", estimate[0]},
+                        {"rms_relative", error[0]},
+                        {"sensors_estimate", estimate[1]},
+                        {"sensors_rms_relative", error[1]},
+                        {"solve_s", s.report.seconds.solve},
+                        {"estimating_s", estimating},
+                        {"parts", parts}});
+      }
+    }
+  for (int k = 0; k < 2; ++k)
+    fmt::print("{}: {} of {} between 1/2 and 3 times the true RMS error, {} below a third\n",
+               k == 0 ? "all over" : "at points", within[k], count[k], below[k]);
+  write_file(out, nlohmann::json{{"device", device.info().name}, {"rows", rows}}.dump(1) + "\n");
+  return 0;
+}

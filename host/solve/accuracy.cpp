@@ -1,0 +1,330 @@
+#include "solve/accuracy.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <random>
+
+#include "mesh/average.hpp"
+#include "mesh/lattice.hpp"
+#include "mesh/locate.hpp"
+#include "output/displayed.hpp"
+#include "solve/nodes.hpp"
+#include "solve/sensor.hpp"
+#include "solve/shoot.hpp"
+
+namespace clrad {
+namespace {
+
+// Points and rays: enough for an RMS that is good to a third where errors are spread evenly, at a tenth of a solve's work.
+constexpr std::uint32_t fewest_points = 192, most_points = 1024, rays_of_check = 256;
+constexpr double share_of_work = 1.0 / 24, most_pairs = 1e7;
+constexpr double near_of_check = 1.0;  // diameters
+
+class Random {
+ public:
+  explicit Random(std::uint64_t seed) : bits_(seed) {}
+  double unit() { return double(bits_() >> 11) * 0x1p-53; }
+
+ private:
+  std::mt19937_64 bits_;
+};
+
+// `count` indices, each as often as its weight says: one drawn from each of `count` equal parts of the sum.
+std::vector<std::uint32_t> spread(const std::vector<double>& weight, std::uint32_t count, Random& random) {
+  std::vector<double> sum(weight.size());
+  std::partial_sum(weight.begin(), weight.end(), sum.begin());
+  std::vector<std::uint32_t> chosen;
+  if (sum.empty() || !(sum.back() > 0)) return chosen;
+  for (std::uint32_t k = 0; k < count; ++k) {
+    const double at = (k + random.unit()) / count * sum.back();
+    const auto i = std::upper_bound(sum.begin(), sum.end(), at) - sum.begin();
+    chosen.push_back(std::uint32_t(std::min(std::size_t(i), sum.size() - 1)));
+  }
+  return chosen;
+}
+
+// Values at points, [point][band].
+struct Values {
+  std::uint32_t bands = 1;
+  std::vector<double> all;
+  std::size_t points() const { return all.size() / bands; }
+};
+
+Values minus(const Values& a, const Values& b) {
+  Values d = a;
+  for (std::size_t i = 0; i < d.all.size(); ++i) d.all[i] -= b.all[i];
+  return d;
+}
+
+double mean_of(const Values& v, std::uint32_t band) {
+  double sum = 0;
+  for (std::size_t k = 0; k < v.points(); ++k) sum += v.all[k * v.bands + band];
+  return v.points() > 0 ? sum / double(v.points()) : 0;
+}
+
+// Two measurements of one difference, whose noises are independent.
+struct Twice {
+  Values first, second;
+
+  double product(std::uint32_t band) const {
+    double sum = 0;
+    for (std::size_t k = 0; k < first.points(); ++k)
+      sum += first.all[k * first.bands + band] * second.all[k * first.bands + band];
+    return first.points() > 0 ? sum / double(first.points()) : 0;
+  }
+  double mean(std::uint32_t band) const { return (mean_of(first, band) + mean_of(second, band)) / 2; }
+  /// Square of the mean over the scene, less what so few points give it by chance.
+  double mean_square(std::uint32_t band) const {
+    const double m = mean(band), q = product(band);
+    const double by_chance = std::max(0.0, q - m * m) / double(std::max<std::size_t>(1, first.points()));
+    return std::max(0.0, m * m - by_chance);
+  }
+  /// Mean over bands of the square of the error that this difference makes: what is the same everywhere counts `amplification`
+  /// times.
+  double error_square(const std::vector<double>& amplification) const {
+    double sum = 0;
+    for (std::uint32_t b = 0; b < first.bands; ++b)
+      sum += product(b) + (amplification[b] * amplification[b] - 1) * mean_square(b);
+    return sum / first.bands;
+  }
+};
+
+Twice minus(const Twice& a, const Twice& b) {
+  return {minus(a.first, b.first), minus(a.second, b.second)};
+}
+
+struct InElement {
+  Point point;
+  Interpolant where;
+  std::uint32_t polygon = 0;
+};
+
+// Points inside elements that nothing covers, even in part.
+std::vector<InElement> points_in_elements(const Solution& solution, std::uint32_t count, Random& random) {
+  const Mesh& mesh = solution.mesh;
+  std::vector<double> area;
+  for (const Element& e : mesh.elements) {
+    const bool covered = std::any_of(e.vertex.begin(), e.vertex.end(), [&](std::uint32_t v) {
+      return v != 0xffffffffu && solution.vertex_covered[v] != 0;
+    });
+    area.push_back(covered ? 0 : e.area_m2);
+  }
+  std::vector<InElement> points;
+  for (const std::uint32_t e : spread(area, count, random)) {
+    const Element& element = mesh.elements[e];
+    const std::uint32_t p = mesh.patches[element.patch].polygon;
+    const Polygon& polygon = solution.scene.polygons[p];
+    const PolygonMesh& of = mesh.polygons[p];
+    double s = random.unit(), t = random.unit();
+    const bool quad = element.vertex[3] != 0xffffffffu;
+    if (!quad && s + t > 1) s = 1 - s, t = 1 - t;
+    std::array<double, 2> at{};
+    for (std::size_t a = 0; a < 2; ++a) {
+      const auto corner = [&](std::size_t k) { return double(mesh.lattice[element.vertex[k]][a]); };
+      at[a] = corner(0) + s * (corner(1) - corner(0)) + t * (corner(quad ? 3 : 2) - corner(0));
+      if (quad) at[a] += s * t * (corner(0) - corner(1) + corner(2) - corner(3));
+    }
+    const LatticeMap map(polygon, solution.frame, of.patches_u, of.patches_v);
+    const double patch_edge = lattice_unit(0);
+    Point point = mesh.receivers[element.vertex[0]];
+    point.position = map.position(at[0], at[1]);
+    points.push_back({point,
+                      locate(mesh, p, polygon.corners, at[0] / patch_edge / of.patches_u,
+                             at[1] / patch_edge / of.patches_v),
+                      p});
+  }
+  return points;
+}
+
+// As nodes gather it: what has been shot, with each patch's elements as they vary. What is unshot is counted as convergence.
+Nodes shot_nodes(const SolveState& state, const Solution& solution) {
+  Nodes nodes = make_nodes(solution);
+  const std::vector<double> shot = state.total_shot.download();
+  const std::size_t count = nodes.brightness.size();
+  nodes.brightness.assign(count, 0);
+  for (std::uint32_t b = 0; b < solution.bands; ++b) {
+    double* const radiosity = nodes.radiosity.data() + b * count;
+    for (std::uint32_t p = 0; p < state.patches; ++p) {
+      const double sent = shot[std::size_t(b) * state.patches + p], unshot = radiosity[p] - sent;
+      radiosity[p] = sent;
+      for (std::uint32_t e = nodes.first_element[p]; e < nodes.first_element[p + 1]; ++e) {
+        double& of_element = radiosity[state.patches + e];
+        of_element = state.interreflection && sent > 0 ? std::max(0.0, of_element - unshot) : sent;
+      }
+    }
+    for (std::size_t i = 0; i < count; ++i) nodes.brightness[i] += radiosity[i];
+  }
+  return nodes;
+}
+
+// What another way to make columns would have given at these vertices: by exact form factors, from the same samples.
+Values by_exact_factors(SolveState& state, const std::vector<std::uint32_t>& vertices) {
+  SolveOptions options = state.options;
+  options.estimator = Estimator::exact;
+  std::vector<std::uint8_t> others(state.vertices, 1);
+  for (const std::uint32_t v : vertices) others[v] = 0;
+  SolveState exact(state.device, state.scene, state.mesh, state.bands, state.engine, options, others,
+                   state.metres_per_unit, state.glass);
+  exact.emitted_power = state.emitted_power;
+  exact.occlusion = state.occlusion;
+  for (const std::uint32_t patch : state.patch_of_slot) {
+    const RealArray& column = trace_some(exact, patch, 0, nullptr);
+    deliver_column(exact, column, state.total_shot, patch);
+  }
+  const std::vector<double> h = exact.vertex_irradiance.download();
+  Values values{state.bands, {}};
+  for (const std::uint32_t v : vertices)
+    for (std::uint32_t b = 0; b < state.bands; ++b)
+      values.all.push_back(h[std::size_t(b) * state.vertices + v]);
+  return values;
+}
+
+// How much more light there is than what the emitters send, per band: so often does an error that is the same everywhere count.
+std::vector<double> amplification_of(const SolveState& state, const Solution& solution) {
+  std::vector<double> result(state.bands, 1);
+  if (!state.interreflection) return result;
+  for (std::uint32_t b = 0; b < state.bands; ++b) {
+    double arriving = 0;
+    for (std::uint32_t p = 0; p < state.patches; ++p)
+      arriving +=
+          state.mesh.patches[p].area_m2 * solution.patch_irradiance[std::size_t(b) * state.patches + p];
+    const double emitted = solution.report.energy.emitted[b];
+    if (emitted > 0) result[b] = std::max(1.0, arriving / emitted);
+  }
+  return result;
+}
+
+// The two gathers at some of the points.
+struct Gathers {
+  Twice all, flat;
+};
+Gathers part_of(const Gathered& first, const Gathered& second, std::size_t from, std::size_t count,
+                std::uint32_t bands) {
+  const auto part = [&](const std::vector<double>& v) {
+    const auto at = v.begin() + std::ptrdiff_t(from * bands);
+    return Values{bands, {at, at + std::ptrdiff_t(count * bands)}};
+  };
+  return {{part(first.irradiance), part(second.irradiance)}, {part(first.flat), part(second.flat)}};
+}
+
+double mean_over_bands_of_square(const std::vector<double>& v) {
+  return std::inner_product(v.begin(), v.end(), v.begin(), 0.0) / double(std::max<std::size_t>(1, v.size()));
+}
+
+// What the light that sensors see is off by, per band: each polygon's mean difference, reflected, by the polygons' areas.
+std::vector<double> error_of_seen_light(const Solution& solution, const std::vector<InElement>& points,
+                                        const Twice& difference, const std::vector<double>& amplification) {
+  const std::size_t polygons = solution.scene.polygons.size();
+  std::vector<double> result;
+  for (std::uint32_t b = 0; b < solution.bands; ++b) {
+    std::vector<double> count(polygons, 0), first(polygons, 0), second(polygons, 0), product(polygons, 0);
+    for (std::size_t k = 0; k < points.size(); ++k) {
+      const std::size_t i = k * solution.bands + b, p = points[k].polygon;
+      const double x = difference.first.all[i], y = difference.second.all[i];
+      count[p] += 1, first[p] += x, second[p] += y, product[p] += x * y;
+    }
+    double sum = 0;
+    for (std::size_t p = 0; p < polygons; ++p) {
+      const double rho = solution.material_of(std::uint32_t(p)).reflectance[b], n = count[p];
+      // first x second has the points' own products in it, which say nothing of the mean.
+      if (n > 1) sum += rho * rho * n * std::max(0.0, (first[p] * second[p] - product[p]) / (n * (n - 1)));
+    }
+    result.push_back(amplification[b] * std::sqrt(sum / double(points.size())));
+  }
+  return result;
+}
+
+std::uint32_t points_to_check(const SolveState& state) {
+  const double work = double(state.vertices) * double(state.patch_of_slot.size());
+  const double wanted = share_of_work * work / (double(state.patches) + 2 * rays_of_check);
+  const double points = std::clamp(wanted, double(fewest_points), double(most_points));
+  return std::uint32_t(std::max(48.0, std::min(points, most_pairs / state.patches)));
+}
+
+void total_up(SolveState& state, Solution& solution, double mean, const std::vector<double>& seen) {
+  auto& error = solution.report.error;
+  double squares = 0;
+  for (const ErrorPart& part : error.parts)
+    if (!part.bound) squares += part.relative * part.relative;
+  error.total_relative = std::sqrt(squares);
+  if (solution.sensors.empty() || !(mean > 0)) return;
+  double all = 0, irradiance = 0;
+  for (SensorResult& sensor : solution.sensors)
+    for (std::uint32_t b = 0; b < state.bands; ++b) {
+      double& e = sensor.irradiance_error[b];
+      e = std::hypot(e, seen[b], solution.ambient[b]);
+      all += e * e, irradiance += sensor.irradiance[b];
+    }
+  const double values = double(solution.sensors.size()) * state.bands;
+  error.sensors_relative = irradiance > 0 ? std::sqrt(all / values) / (irradiance / values) : 0;
+}
+
+}  // namespace
+
+void estimate_error(SolveState& state, Solution& solution, const std::vector<double>& before_near_field) {
+  const auto stage = state.device.stage("estimate the error");
+  const std::uint32_t bands = solution.bands, count = points_to_check(state);
+  Random random(state.options.seed);
+  const std::vector<std::uint32_t> vertices =
+      spread(vertex_areas(solution.mesh, solution.vertex_covered), count / 2, random);
+  const std::vector<InElement> inside = points_in_elements(solution, count, random);
+  std::vector<Point> points;
+  for (const std::uint32_t v : vertices) points.push_back(solution.mesh.receivers[v]);
+  for (const InElement& p : inside) points.push_back(p.point);
+  auto& parts = solution.report.error.parts;
+  if (points.empty()) return;
+
+  const Displayed displayed(solution, display_irradiance(solution));
+  Values shown{bands, {}}, at_vertices{bands, {}}, by_columns{bands, {}};
+  for (const InElement& p : inside)
+    for (std::uint32_t b = 0; b < bands; ++b) shown.all.push_back(displayed.at(b, p.where));
+  for (const std::uint32_t v : vertices)
+    for (std::uint32_t b = 0; b < bands; ++b) {
+      at_vertices.all.push_back(solution.vertex_irradiance[std::size_t(b) * state.vertices + v]);
+      by_columns.all.push_back(before_near_field[std::size_t(b) * state.vertices + v]);
+    }
+  double mean = 0;
+  for (std::uint32_t b = 0; b < bands; ++b) mean += mean_of(shown, b) / bands;
+
+  const Nodes nodes = shot_nodes(state, solution);
+  Gather gather{points, nodes};
+  gather.rays = rays_of_check, gather.near_diameters = near_of_check, gather.bands = bands;
+  Lights* const lights = state.direct ? &state.direct->lights : nullptr;
+  std::array<Gathered, 2> gathered;
+  for (std::uint64_t k = 0; k < 2; ++k) {
+    gather.seed = 2 * state.options.seed + k + 1;
+    gathered[k] = gather_at_points(state.device, gather, state.patches, state.engine, state.glass, lights);
+  }
+  const Gathers there = part_of(gathered[0], gathered[1], 0, vertices.size(), bands),
+                here = part_of(gathered[0], gathered[1], vertices.size(), inside.size(), bands);
+  const std::vector<double> amplification = amplification_of(state, solution);
+  const auto relative = [&](double square) {
+    return mean > 0 ? std::sqrt(std::max(0.0, square)) / mean : 0.0;
+  };
+  // What the near field does not make up for of what patches' averages hide.
+  const Values near = minus(at_vertices, by_columns);
+  const Twice hidden = minus(there.all, there.flat);
+  const Twice shooting{minus(near, hidden.first), minus(near, hidden.second)};
+  Values sampled = by_columns;
+  double factors = 0;
+  if (state.options.estimator != Estimator::exact) {
+    sampled = by_exact_factors(state, vertices);
+    const Values by_factors = minus(by_columns, sampled);
+    factors = Twice{by_factors, by_factors}.error_square(amplification);
+  }
+  const Twice visible{minus(sampled, there.flat.first), minus(sampled, there.flat.second)};
+  const Twice at_vertex{minus(at_vertices, there.all.first), minus(at_vertices, there.all.second)};
+  const Twice everywhere{minus(shown, here.all.first), minus(shown, here.all.second)};
+  const double visibility = visible.error_square(amplification);
+  const double receiving = everywhere.error_square(amplification) - at_vertex.error_square(amplification);
+  parts.push_back({"form factor", relative(factors), false});
+  parts.push_back({"visibility", relative(visibility), false});
+  parts.push_back({"mesh-receive", relative(receiving), false});
+  parts.push_back({"mesh-shoot", relative(shooting.error_square(amplification)), false});
+  parts.push_back({"convergence", relative(mean_over_bands_of_square(solution.ambient)), false});
+  total_up(state, solution, mean, error_of_seen_light(solution, inside, everywhere, amplification));
+}
+
+}  // namespace clrad
