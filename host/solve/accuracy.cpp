@@ -2,14 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
-#include <random>
 
-#include "mesh/average.hpp"
-#include "mesh/lattice.hpp"
-#include "mesh/locate.hpp"
 #include "output/displayed.hpp"
+#include "solve/check_points.hpp"
 #include "solve/nodes.hpp"
 #include "solve/sensor.hpp"
 #include "solve/shoot.hpp"
@@ -18,38 +14,15 @@ namespace clrad {
 namespace {
 
 // Points and rays: enough for an RMS that is good to a third where errors are spread evenly, at a tenth of a solve's work.
-constexpr std::uint32_t fewest_points = 192, most_points = 1024, rays_of_check = 256;
+constexpr std::uint32_t fewest_points = 128, most_points = 1024, rays_of_check = 64;
 constexpr double share_of_work = 1.0 / 24, most_pairs = 1e7;
 constexpr double near_of_check = 1.0;  // diameters
 
-class Random {
- public:
-  explicit Random(std::uint64_t seed) : bits_(seed) {}
-  double unit() { return double(bits_() >> 11) * 0x1p-53; }
-
- private:
-  std::mt19937_64 bits_;
-};
-
-// `count` indices, each as often as its weight says: one drawn from each of `count` equal parts of the sum.
-std::vector<std::uint32_t> spread(const std::vector<double>& weight, std::uint32_t count, Random& random) {
-  std::vector<double> sum(weight.size());
-  std::partial_sum(weight.begin(), weight.end(), sum.begin());
-  std::vector<std::uint32_t> chosen;
-  if (sum.empty() || !(sum.back() > 0)) return chosen;
-  for (std::uint32_t k = 0; k < count; ++k) {
-    const double at = (k + random.unit()) / count * sum.back();
-    const auto i = std::upper_bound(sum.begin(), sum.end(), at) - sum.begin();
-    chosen.push_back(std::uint32_t(std::min(std::size_t(i), sum.size() - 1)));
-  }
-  return chosen;
-}
-
-// Values at points, [point][band].
+// Values at points, [point][band], and the share of the surfaces that each point stands for.
 struct Values {
   std::uint32_t bands = 1;
-  std::vector<double> all;
-  std::size_t points() const { return all.size() / bands; }
+  std::vector<double> weight, all;
+  std::size_t points() const { return weight.size(); }
 };
 
 Values minus(const Values& a, const Values& b) {
@@ -60,8 +33,8 @@ Values minus(const Values& a, const Values& b) {
 
 double mean_of(const Values& v, std::uint32_t band) {
   double sum = 0;
-  for (std::size_t k = 0; k < v.points(); ++k) sum += v.all[k * v.bands + band];
-  return v.points() > 0 ? sum / double(v.points()) : 0;
+  for (std::size_t k = 0; k < v.points(); ++k) sum += v.weight[k] * v.all[k * v.bands + band];
+  return sum;
 }
 
 // Two measurements of one difference, whose noises are independent.
@@ -71,15 +44,18 @@ struct Twice {
   double product(std::uint32_t band) const {
     double sum = 0;
     for (std::size_t k = 0; k < first.points(); ++k)
-      sum += first.all[k * first.bands + band] * second.all[k * first.bands + band];
-    return first.points() > 0 ? sum / double(first.points()) : 0;
+      sum += first.weight[k] * first.all[k * first.bands + band] * second.all[k * first.bands + band];
+    return sum;
   }
-  double mean(std::uint32_t band) const { return (mean_of(first, band) + mean_of(second, band)) / 2; }
   /// Square of the mean over the scene, less what so few points give it by chance.
   double mean_square(std::uint32_t band) const {
-    const double m = mean(band), q = product(band);
-    const double by_chance = std::max(0.0, q - m * m) / double(std::max<std::size_t>(1, first.points()));
-    return std::max(0.0, m * m - by_chance);
+    const double m = (mean_of(first, band) + mean_of(second, band)) / 2;
+    double by_chance = 0;
+    for (std::size_t k = 0; k < first.points(); ++k) {
+      const std::size_t i = k * first.bands + band;
+      by_chance += std::pow(first.weight[k], 2) * (first.all[i] - m) * (second.all[i] - m);
+    }
+    return std::max(0.0, m * m - std::max(0.0, by_chance));
   }
   /// Mean over bands of the square of the error that this difference makes: what is the same everywhere counts `amplification`
   /// times.
@@ -93,49 +69,6 @@ struct Twice {
 
 Twice minus(const Twice& a, const Twice& b) {
   return {minus(a.first, b.first), minus(a.second, b.second)};
-}
-
-struct InElement {
-  Point point;
-  Interpolant where;
-  std::uint32_t polygon = 0;
-};
-
-// Points inside elements that nothing covers, even in part.
-std::vector<InElement> points_in_elements(const Solution& solution, std::uint32_t count, Random& random) {
-  const Mesh& mesh = solution.mesh;
-  std::vector<double> area;
-  for (const Element& e : mesh.elements) {
-    const bool covered = std::any_of(e.vertex.begin(), e.vertex.end(), [&](std::uint32_t v) {
-      return v != 0xffffffffu && solution.vertex_covered[v] != 0;
-    });
-    area.push_back(covered ? 0 : e.area_m2);
-  }
-  std::vector<InElement> points;
-  for (const std::uint32_t e : spread(area, count, random)) {
-    const Element& element = mesh.elements[e];
-    const std::uint32_t p = mesh.patches[element.patch].polygon;
-    const Polygon& polygon = solution.scene.polygons[p];
-    const PolygonMesh& of = mesh.polygons[p];
-    double s = random.unit(), t = random.unit();
-    const bool quad = element.vertex[3] != 0xffffffffu;
-    if (!quad && s + t > 1) s = 1 - s, t = 1 - t;
-    std::array<double, 2> at{};
-    for (std::size_t a = 0; a < 2; ++a) {
-      const auto corner = [&](std::size_t k) { return double(mesh.lattice[element.vertex[k]][a]); };
-      at[a] = corner(0) + s * (corner(1) - corner(0)) + t * (corner(quad ? 3 : 2) - corner(0));
-      if (quad) at[a] += s * t * (corner(0) - corner(1) + corner(2) - corner(3));
-    }
-    const LatticeMap map(polygon, solution.frame, of.patches_u, of.patches_v);
-    const double patch_edge = lattice_unit(0);
-    Point point = mesh.receivers[element.vertex[0]];
-    point.position = map.position(at[0], at[1]);
-    points.push_back({point,
-                      locate(mesh, p, polygon.corners, at[0] / patch_edge / of.patches_u,
-                             at[1] / patch_edge / of.patches_v),
-                      p});
-  }
-  return points;
 }
 
 // As nodes gather it: what has been shot, with each patch's elements as they vary. What is unshot is counted as convergence.
@@ -174,7 +107,7 @@ Values by_exact_factors(SolveState& state, const std::vector<std::uint32_t>& ver
     deliver_column(exact, column, state.total_shot, patch);
   }
   const std::vector<double> h = exact.vertex_irradiance.download();
-  Values values{state.bands, {}};
+  Values values{state.bands, std::vector<double>(vertices.size(), 1.0 / double(vertices.size())), {}};
   for (const std::uint32_t v : vertices)
     for (std::uint32_t b = 0; b < state.bands; ++b)
       values.all.push_back(h[std::size_t(b) * state.vertices + v]);
@@ -182,9 +115,10 @@ Values by_exact_factors(SolveState& state, const std::vector<std::uint32_t>& ver
 }
 
 // How much more light there is than what the emitters send, per band: so often does an error that is the same everywhere count.
+// Rows that are closed do not hand it on.
 std::vector<double> amplification_of(const SolveState& state, const Solution& solution) {
   std::vector<double> result(state.bands, 1);
-  if (!state.interreflection) return result;
+  if (!state.interreflection || state.balanced) return result;
   for (std::uint32_t b = 0; b < state.bands; ++b) {
     double arriving = 0;
     for (std::uint32_t p = 0; p < state.patches; ++p)
@@ -196,17 +130,55 @@ std::vector<double> amplification_of(const SolveState& state, const Solution& so
   return result;
 }
 
+// By how much errors of the mesh come back. They are largest along edges, where the neighbouring surface is half of what a
+// point sees, and off alike: e = r + rho e / 2.
+double echo_of(const SolveState& state) {
+  if (!state.interreflection) return 1;
+  double area = 0, reflecting = 0;
+  for (std::uint32_t p = 0; p < state.patches; ++p)
+    for (std::uint32_t b = 0; b < state.bands; ++b)
+      area += state.mesh.patches[p].area_m2,
+          reflecting += state.mesh.patches[p].area_m2 * state.reflectance(b, p);
+  return area > 0 ? 1 / (1 - reflecting / area / 2) : 1;
+}
+
 // The two gathers at some of the points.
 struct Gathers {
   Twice all, flat;
 };
-Gathers part_of(const Gathered& first, const Gathered& second, std::size_t from, std::size_t count,
-                std::uint32_t bands) {
+Gathers part_of(const Gathered& first, const Gathered& second, std::size_t from,
+                const std::vector<double>& weight, std::uint32_t bands) {
   const auto part = [&](const std::vector<double>& v) {
     const auto at = v.begin() + std::ptrdiff_t(from * bands);
-    return Values{bands, {at, at + std::ptrdiff_t(count * bands)}};
+    return Values{bands, weight, {at, at + std::ptrdiff_t(weight.size() * bands)}};
   };
   return {{part(first.irradiance), part(second.irradiance)}, {part(first.flat), part(second.flat)}};
+}
+
+// Takes away the points where no light comes at all though the elements around are lit: something stands there.
+void drop_covered(const Solution& solution, std::array<Gathered, 2>& gathered, std::size_t vertices,
+                  std::vector<CheckPoint>& inside) {
+  const std::size_t bands = solution.bands;
+  std::size_t kept = 0;
+  for (std::size_t k = 0; k < inside.size(); ++k) {
+    const std::array<std::uint32_t, 4>& corner = solution.mesh.elements[inside[k].where.element].vertex;
+    const bool in_part = std::any_of(corner.begin(), corner.end(), [&](std::uint32_t v) {
+      return v != 0xffffffffu && solution.vertex_covered[v] != 0;
+    });
+    const std::size_t from = (vertices + k) * bands, to = (vertices + kept) * bands;
+    double light = 0;
+    for (const Gathered& g : gathered)
+      for (std::size_t b = 0; b < bands; ++b) light += g.irradiance[from + b];
+    if (in_part && light == 0) continue;
+    inside[kept++] = inside[k];
+    for (Gathered& g : gathered)
+      for (std::vector<double>* values : {&g.irradiance, &g.flat})
+        std::copy_n(values->begin() + std::ptrdiff_t(from), bands, values->begin() + std::ptrdiff_t(to));
+  }
+  inside.resize(kept);
+  double weights = 0;
+  for (const CheckPoint& p : inside) weights += p.weight;
+  for (CheckPoint& p : inside) p.weight /= weights;
 }
 
 double mean_over_bands_of_square(const std::vector<double>& v) {
@@ -214,24 +186,24 @@ double mean_over_bands_of_square(const std::vector<double>& v) {
 }
 
 // What the light that sensors see is off by, per band: each polygon's mean difference, reflected, by the polygons' areas.
-std::vector<double> error_of_seen_light(const Solution& solution, const std::vector<InElement>& points,
+std::vector<double> error_of_seen_light(const Solution& solution, const std::vector<CheckPoint>& points,
                                         const Twice& difference, const std::vector<double>& amplification) {
   const std::size_t polygons = solution.scene.polygons.size();
   std::vector<double> result;
   for (std::uint32_t b = 0; b < solution.bands; ++b) {
-    std::vector<double> count(polygons, 0), first(polygons, 0), second(polygons, 0), product(polygons, 0);
+    std::vector<double> share(polygons, 0), first(polygons, 0), second(polygons, 0), by_chance(polygons, 0);
     for (std::size_t k = 0; k < points.size(); ++k) {
       const std::size_t i = k * solution.bands + b, p = points[k].polygon;
-      const double x = difference.first.all[i], y = difference.second.all[i];
-      count[p] += 1, first[p] += x, second[p] += y, product[p] += x * y;
+      const double w = points[k].weight, x = w * difference.first.all[i], y = w * difference.second.all[i];
+      share[p] += w, first[p] += x, second[p] += y, by_chance[p] += x * y;
     }
     double sum = 0;
     for (std::size_t p = 0; p < polygons; ++p) {
-      const double rho = solution.material_of(std::uint32_t(p)).reflectance[b], n = count[p];
+      const double rho = solution.material_of(std::uint32_t(p)).reflectance[b];
       // first x second has the points' own products in it, which say nothing of the mean.
-      if (n > 1) sum += rho * rho * n * std::max(0.0, (first[p] * second[p] - product[p]) / (n * (n - 1)));
+      if (share[p] > 0) sum += rho * rho / share[p] * std::max(0.0, first[p] * second[p] - by_chance[p]);
     }
-    result.push_back(amplification[b] * std::sqrt(sum / double(points.size())));
+    result.push_back(amplification[b] * std::sqrt(sum));
   }
   return result;
 }
@@ -267,26 +239,13 @@ void estimate_error(SolveState& state, Solution& solution, const std::vector<dou
   const auto stage = state.device.stage("estimate the error");
   const std::uint32_t bands = solution.bands, count = points_to_check(state);
   Random random(state.options.seed);
-  const std::vector<std::uint32_t> vertices =
-      spread(vertex_areas(solution.mesh, solution.vertex_covered), count / 2, random);
-  const std::vector<InElement> inside = points_in_elements(solution, count, random);
+  const std::vector<std::uint32_t> vertices = vertices_by_area(solution, count / 2, random);
+  std::vector<CheckPoint> inside = points_in_elements(solution, count, random);
   std::vector<Point> points;
   for (const std::uint32_t v : vertices) points.push_back(solution.mesh.receivers[v]);
-  for (const InElement& p : inside) points.push_back(p.point);
+  for (const CheckPoint& p : inside) points.push_back(p.point);
   auto& parts = solution.report.error.parts;
   if (points.empty()) return;
-
-  const Displayed displayed(solution, display_irradiance(solution));
-  Values shown{bands, {}}, at_vertices{bands, {}}, by_columns{bands, {}};
-  for (const InElement& p : inside)
-    for (std::uint32_t b = 0; b < bands; ++b) shown.all.push_back(displayed.at(b, p.where));
-  for (const std::uint32_t v : vertices)
-    for (std::uint32_t b = 0; b < bands; ++b) {
-      at_vertices.all.push_back(solution.vertex_irradiance[std::size_t(b) * state.vertices + v]);
-      by_columns.all.push_back(before_near_field[std::size_t(b) * state.vertices + v]);
-    }
-  double mean = 0;
-  for (std::uint32_t b = 0; b < bands; ++b) mean += mean_of(shown, b) / bands;
 
   const Nodes nodes = shot_nodes(state, solution);
   Gather gather{points, nodes};
@@ -297,8 +256,25 @@ void estimate_error(SolveState& state, Solution& solution, const std::vector<dou
     gather.seed = 2 * state.options.seed + k + 1;
     gathered[k] = gather_at_points(state.device, gather, state.patches, state.engine, state.glass, lights);
   }
-  const Gathers there = part_of(gathered[0], gathered[1], 0, vertices.size(), bands),
-                here = part_of(gathered[0], gathered[1], vertices.size(), inside.size(), bands);
+  drop_covered(solution, gathered, vertices.size(), inside);
+  const std::vector<double> alike(vertices.size(), 1.0 / double(vertices.size()));
+  std::vector<double> weight;
+  for (const CheckPoint& p : inside) weight.push_back(p.weight);
+  const Gathers there = part_of(gathered[0], gathered[1], 0, alike, bands),
+                here = part_of(gathered[0], gathered[1], vertices.size(), weight, bands);
+
+  const Displayed displayed(solution, display_irradiance(solution));
+  Values shown{bands, weight, {}}, at_vertices{bands, alike, {}}, by_columns{bands, alike, {}};
+  for (const CheckPoint& p : inside)
+    for (std::uint32_t b = 0; b < bands; ++b) shown.all.push_back(displayed.at(b, p.where));
+  for (const std::uint32_t v : vertices)
+    for (std::uint32_t b = 0; b < bands; ++b) {
+      at_vertices.all.push_back(solution.vertex_irradiance[std::size_t(b) * state.vertices + v]);
+      by_columns.all.push_back(before_near_field[std::size_t(b) * state.vertices + v]);
+    }
+  double mean = 0;
+  for (std::uint32_t b = 0; b < bands; ++b) mean += mean_of(shown, b) / bands;
+
   const std::vector<double> amplification = amplification_of(state, solution);
   const auto relative = [&](double square) {
     return mean > 0 ? std::sqrt(std::max(0.0, square)) / mean : 0.0;
@@ -318,11 +294,13 @@ void estimate_error(SolveState& state, Solution& solution, const std::vector<dou
   const Twice at_vertex{minus(at_vertices, there.all.first), minus(at_vertices, there.all.second)};
   const Twice everywhere{minus(shown, here.all.first), minus(shown, here.all.second)};
   const double visibility = visible.error_square(amplification);
-  const double receiving = everywhere.error_square(amplification) - at_vertex.error_square(amplification);
+  const double echo2 = std::pow(echo_of(state), 2);
+  const double receiving =
+      echo2 * (everywhere.error_square(amplification) - at_vertex.error_square(amplification));
   parts.push_back({"form factor", relative(factors), false});
   parts.push_back({"visibility", relative(visibility), false});
   parts.push_back({"mesh-receive", relative(receiving), false});
-  parts.push_back({"mesh-shoot", relative(shooting.error_square(amplification)), false});
+  parts.push_back({"mesh-shoot", relative(echo2 * shooting.error_square(amplification)), false});
   parts.push_back({"convergence", relative(mean_over_bands_of_square(solution.ambient)), false});
   total_up(state, solution, mean, error_of_seen_light(solution, inside, everywhere, amplification));
 }

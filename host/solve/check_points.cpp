@@ -1,0 +1,105 @@
+#include "solve/check_points.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+#include "mesh/average.hpp"
+#include "mesh/lattice.hpp"
+
+namespace clrad {
+namespace {
+
+// One index drawn from each of `count` equal parts of the sum of the weights.
+std::vector<std::uint32_t> drawn(const std::vector<double>& weight, std::uint32_t count, Random& random) {
+  std::vector<double> sum(weight.size());
+  std::partial_sum(weight.begin(), weight.end(), sum.begin());
+  std::vector<std::uint32_t> chosen;
+  if (sum.empty() || !(sum.back() > 0)) return chosen;
+  for (std::uint32_t k = 0; k < count; ++k) {
+    const double at = (k + random.unit()) / count * sum.back();
+    const auto i = std::upper_bound(sum.begin(), sum.end(), at) - sum.begin();
+    chosen.push_back(std::uint32_t(std::min(std::size_t(i), sum.size() - 1)));
+  }
+  return chosen;
+}
+
+// By how much irradiance varies over each element (bands summed; a covered corner is dark), and its mean over the scene.
+struct Variation {
+  std::vector<double> of_element, exposed_area;
+  double mean = 0;
+};
+
+Variation variation_of(const Solution& solution) {
+  const Mesh& mesh = solution.mesh;
+  const std::size_t vertices = solution.vertex_count();
+  Variation v;
+  double area = 0, power = 0;
+  for (const Element& e : mesh.elements) {
+    const std::size_t corners = e.vertex[3] == 0xffffffffu ? 3 : 4;
+    double most = 0;
+    bool open = false;
+    for (std::uint32_t b = 0; b < solution.bands; ++b) {
+      double low = 0, high = 0;
+      for (std::size_t k = 0; k < corners; ++k) {
+        const bool covered = solution.vertex_covered[e.vertex[k]] != 0;
+        const double h = covered ? 0 : solution.vertex_irradiance[b * vertices + e.vertex[k]];
+        low = k == 0 ? h : std::min(low, h), high = k == 0 ? h : std::max(high, h);
+        open |= !covered;
+        power += e.area_m2 * h / double(corners);
+      }
+      most += high - low;
+    }
+    v.of_element.push_back(most);
+    v.exposed_area.push_back(open ? e.area_m2 : 0);
+    area += v.exposed_area.back();
+  }
+  v.mean = area > 0 ? power / area : 0;
+  return v;
+}
+
+}  // namespace
+
+std::vector<CheckPoint> points_in_elements(const Solution& solution, std::uint32_t count, Random& random) {
+  const Mesh& mesh = solution.mesh;
+  const Variation variation = variation_of(solution);
+  // Where nothing varies there are a fifth as many points as where it does by as much as there is light.
+  constexpr double least = 0.2;
+  std::vector<double> draw(mesh.elements.size());
+  for (std::size_t e = 0; e < draw.size(); ++e) {
+    const double varies = variation.mean > 0 ? std::min(1.0, variation.of_element[e] / variation.mean) : 0;
+    draw[e] = variation.exposed_area[e] * (least + varies);
+  }
+  std::vector<CheckPoint> points;
+  double weights = 0;
+  for (const std::uint32_t e : drawn(draw, count, random)) {
+    const Element& element = mesh.elements[e];
+    const std::uint32_t p = mesh.patches[element.patch].polygon;
+    const Polygon& polygon = solution.scene.polygons[p];
+    const PolygonMesh& of = mesh.polygons[p];
+    double s = random.unit(), t = random.unit();
+    const bool quad = element.vertex[3] != 0xffffffffu;
+    if (!quad && s + t > 1) s = 1 - s, t = 1 - t;
+    std::array<double, 2> at{};
+    for (std::size_t a = 0; a < 2; ++a) {
+      const auto corner = [&](std::size_t k) { return double(mesh.lattice[element.vertex[k]][a]); };
+      at[a] = corner(0) + s * (corner(1) - corner(0)) + t * (corner(quad ? 3 : 2) - corner(0));
+      if (quad) at[a] += s * t * (corner(0) - corner(1) + corner(2) - corner(3));
+    }
+    const LatticeMap map(polygon, solution.frame, of.patches_u, of.patches_v);
+    const double patch_edge = lattice_unit(0);
+    Point point = mesh.receivers[element.vertex[0]];
+    point.position = map.position(at[0], at[1]);
+    const double weight = variation.exposed_area[e] / draw[e];
+    weights += weight;
+    const double u = at[0] / patch_edge / of.patches_u, v = at[1] / patch_edge / of.patches_v;
+    points.push_back({point, locate(mesh, p, polygon.corners, u, v), p, u, v, weight});
+  }
+  for (CheckPoint& p : points) p.weight /= weights;
+  return points;
+}
+
+std::vector<std::uint32_t> vertices_by_area(const Solution& solution, std::uint32_t count, Random& random) {
+  return drawn(vertex_areas(solution.mesh, solution.vertex_covered), count, random);
+}
+
+}  // namespace clrad

@@ -1,0 +1,37 @@
+// Points of the surfaces at which a solution's irradiance is checked.
+#pragma once
+#include <cstdint>
+#include <random>
+#include <vector>
+
+#include "clrad/solution.hpp"
+#include "mesh/locate.hpp"
+
+namespace clrad {
+
+/// The same numbers from the same seed on every platform.
+class Random {
+ public:
+  explicit Random(std::uint64_t seed) : bits_(seed) {}
+  double unit() { return double(bits_() >> 11) * 0x1p-53; }  ///< in [0, 1)
+
+ private:
+  std::mt19937_64 bits_;
+};
+
+struct CheckPoint {
+  Point point;  ///< frame
+  Interpolant where;
+  std::uint32_t polygon = 0;
+  double u = 0, v = 0;  ///< the polygon's parameters there, as locate() takes them
+  double weight = 0;    ///< share of the surfaces' area that it stands for; all sum to 1
+};
+
+/// `count` points inside elements that are not covered altogether, more of them where irradiance varies over an element: there it
+/// is wrong, and a few such places make up most of an RMS error. The mean over the surfaces of any value is the sum of weight x value.
+std::vector<CheckPoint> points_in_elements(const Solution& solution, std::uint32_t count, Random& random);
+
+/// `count` vertices, each as often as by the area that it stands for.
+std::vector<std::uint32_t> vertices_by_area(const Solution& solution, std::uint32_t count, Random& random);
+
+}  // namespace clrad
