@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <charconv>
+#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <glm/geometric.hpp>
@@ -66,6 +67,31 @@ std::array<std::uint32_t, 3> parse_grid(const std::string& text) {
     at = next + 1;
   }
   return cells;
+}
+
+double parse_share(const char* option, const std::string& text) {
+  double value = 0;
+  std::string unit = text;
+  split_number(text, value, unit);
+  const double share = unit == "%" ? value / 100 : unit.empty() ? value : -1;
+  if (!(share > 0 && share < 1))
+    throw UsageError(fmt::format("{} '{}' is not a share such as 2% or 0.02", option, text));
+  return share;
+}
+
+double parse_seconds(const char* option, const std::string& text) {
+  double value = 0;
+  std::string unit = text;
+  split_number(text, value, unit);
+  const double of = unit.empty() || unit == "s" ? 1 : unit == "min" ? 60 : unit == "h" ? 3600 : 0;
+  if (!(value * of > 0) || !std::isfinite(value * of))
+    throw UsageError(fmt::format("{} '{}' is not a time such as 10s, 2min or 1h", option, text));
+  return value * of;
+}
+
+double seconds_since_start() {
+  static const auto start = std::chrono::steady_clock::now();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
 double parse_unit(const std::string& text) {

@@ -36,6 +36,12 @@ struct SidesArguments {
 
 /// "64M", "2GiB", "1000000" -> bytes. Throws UsageError.
 std::uint64_t parse_bytes(const std::string& text);
+/// "2%" or "0.02" -> 0.02. Throws UsageError.
+double parse_share(const char* option, const std::string& text);
+/// "10s", "10", "2min", "1h" -> seconds. Throws UsageError.
+double parse_seconds(const char* option, const std::string& text);
+/// Since the process began [s].
+double seconds_since_start();
 /// "640x480". Throws UsageError.
 std::pair<unsigned, unsigned> parse_size(const std::string& text);
 /// "8x8x4". Throws UsageError.

@@ -5,6 +5,7 @@
 
 int main(int argc, char** argv) {
   using namespace clrad;
+  cli::seconds_since_start();  // from here on
   CLI::App app(
       "clrad: data-parallel radiosity. Finds how the diffuse surfaces of a scene light each other and gives "
       "pictures, numbers "
@@ -16,6 +17,7 @@ int main(int argc, char** argv) {
       "  clrad solve scenes/cornell.gltf -o out     picture, glTF, VTK grid, solution and report into out/\n"
       "  clrad render out/solution.clrad --camera 0.05,0.5,0.05,0.4,0.2,0.4,70 --image view.png\n"
       "  clrad solve room.glb --sensors desk.pts --json report.json\n"
+      "  clrad solve room.glb --target-error 1% -o out   as fine as it takes for an error of 1 %\n"
       "  clrad viewfactors room.obj -o room.npz     the matrix of view factors, for SciPy\n"
       "  clrad plan room.glb                        what a solve would do and leave out, and why\n"
       "  clrad check room.glb                       what is wrong with the file\n"

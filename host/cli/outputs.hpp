@@ -24,6 +24,8 @@ struct OutputArguments {
   void parse();
   /// After parse(). Throws UsageError.
   Camera chosen_camera(const Scene& scene) const;
+  /// About what write() will take [s], for a solution that takes a few seconds.
+  double seconds() const;
   /// Whether anything is to be written.
   bool any() const;
 

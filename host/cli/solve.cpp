@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <cmath>
 #include <memory>
 #include <optional>
 
@@ -52,6 +53,30 @@ void print_summary(const Solution& s) {
              100 * r.energy.unaccounted_relative);
 }
 
+// The error and, of its parts, those that matter.
+void print_error(const Report& r) {
+  const auto parts = [](const std::vector<ErrorPart>& all, double total) {
+    std::string text;
+    for (const ErrorPart& p : all)
+      if (!p.bound && p.relative > 0.1 * total)
+        text += fmt::format("{}{} {:.2g} %", text.empty() ? "" : ", ", p.name, 100 * p.relative);
+    return text.empty() ? text : " (" + text + ")";
+  };
+  if (std::isfinite(r.error.total_relative))
+    fmt::print("estimated error   {:.2g} % of the mean irradiance, RMS over the surfaces{}\n",
+               100 * r.error.total_relative, parts(r.error.parts, r.error.total_relative));
+  if (std::isfinite(r.error.sensors_relative))
+    fmt::print("                  {:.2g} % at the sensors{}\n", 100 * r.error.sensors_relative,
+               parts(r.error.sensor_parts, r.error.sensors_relative));
+  for (std::size_t i = 0; i < r.target.steps.size(); ++i) {
+    const TargetStep& s = r.target.steps[i];
+    fmt::print("  step {}: patches of {:.3g} m, elements of {:.3g} m, {} samples{}: {:.2g} % in {:.2f} s\n",
+               i + 1, s.patch_edge_m, s.element_edge_m, s.samples,
+               r.target.at_sensors ? fmt::format(", {} rays from a sensor", s.sensor_rays) : "",
+               100 * s.error_relative, s.seconds);
+  }
+}
+
 void print_comparison(const Comparison& c) {
   if (c.file.empty()) return;
   fmt::print("compared with {} at {} {}: RMS {:.3g} %, worst {:.3g} % of its mean irradiance\n", c.file,
@@ -98,6 +123,13 @@ int run_solve(Arguments& a) {
     line.show(p);
     return !interrupted();
   };
+  if (options.time_budget_s > 0) {
+    const double spent = seconds_since_start() + a.outputs.seconds(), whole = options.time_budget_s;
+    if (spent > 0.9 * whole)
+      throw UsageError(fmt::format(
+          "--time-budget {:.3g} s: reading the scene and drawing take {:.2g} s of that", whole, spent));
+    options.time_budget_s = whole - spent;
+  }
   Solution solution = solve(device, scene, options);
   solution.report.seconds.import = import;
   solution.report.seconds.total += import;
@@ -112,6 +144,7 @@ int run_solve(Arguments& a) {
   if (!a.quiet) {
     print_summary(solution);
     print_effects(solution.report);
+    print_error(solution.report);
     print_comparison(solution.report.comparison);
     for (const auto& s : solution.sensors)
       if (a.outputs.json.empty() && a.outputs.folder.empty())
@@ -119,7 +152,7 @@ int run_solve(Arguments& a) {
                    fmt::join(s.irradiance, " "));
     for (const auto& path : written) fmt::print("wrote {}\n", path);
   }
-  if (!solution.stopped) return done;
+  if (!solution.stopped) return solution.report.target.met ? done : stopped;
   fmt::print(stderr,
              "stopped with {:.3g} % of the light unshot; what was written is valid, but darker than the full "
              "solution\n",

@@ -48,7 +48,20 @@ void SolveArguments::add_to(CLI::App& verb) {
       ->check(CLI::PositiveNumber)
       ->group(accuracy);
 
-  verb.add_flag("!--no-error", options.error, "do not estimate what the solution is off by");
+  verb.add_option(
+          "--target-error", target_error,
+          "solve finer and finer until the estimated error is below, such as 2% (of the sensors where there "
+          "are some)")
+      ->group(accuracy);
+  verb.add_option("--target-of", target_of,
+                  "whose error that is: scene (RMS), sensors (RMS), max (worst sensor), or auto")
+      ->check(CLI::IsMember({"auto", "scene", "sensors", "max"}))
+      ->capture_default_str()
+      ->group(accuracy);
+  verb.add_option("--time-budget", time_budget,
+                  "the best solution in this time, all of the program included, such as 10s")
+      ->group(accuracy);
+  verb.add_flag("!--no-error", options.error, "do not estimate what the solution is off by")->group(accuracy);
   verb.add_flag("!--no-near-field", options.near_field,
                 "light vertices by the average of a patch however near it is")
       ->group(accuracy);
@@ -126,6 +139,12 @@ void SolveArguments::parse() {
   options.estimator = estimator == "exact"     ? Estimator::exact
                       : estimator == "subdisk" ? Estimator::subdisk
                                                : Estimator::disk;
+  options.target_error = target_error.empty() ? 0 : parse_share("--target-error", target_error);
+  options.time_budget_s = time_budget.empty() ? 0 : parse_seconds("--time-budget", time_budget);
+  options.target_of = target_of == "scene"     ? TargetOf::scene
+                      : target_of == "sensors" ? TargetOf::sensors
+                      : target_of == "max"     ? TargetOf::worst_sensor
+                                               : TargetOf::automatic;
   if (!grid.empty()) options.grid = parse_grid(grid);
   options.closure = closure == "on" ? Closure::on : closure == "off" ? Closure::off : Closure::automatic;
   options.solver = solver == "gathering"      ? Solver::gathering

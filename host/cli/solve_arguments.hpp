@@ -14,7 +14,8 @@ struct SolveArguments {
   void parse();
 
  private:
-  std::string estimator = "exact", grid, solver = "progressive", closure = "auto";
+  std::string estimator = "exact", grid, solver = "progressive", closure = "auto", target_error,
+              target_of = "auto", time_budget;
 };
 
 }  // namespace clrad::cli

@@ -59,12 +59,7 @@ Plan plan_of(const Polygon& polygon, const Mesh& mesh) {
 
 // A mesh with nothing in it but the edges that its pieces will have.
 Mesh empty_mesh(const Scene& scene, const MeshOptions& options) {
-  glm::dvec3 low(INFINITY), high(-INFINITY);
-  for (const auto& polygon : scene.polygons)
-    for (std::uint32_t k = 0; k < polygon.corners; ++k)
-      low = glm::min(low, polygon.corner[k]), high = glm::max(high, polygon.corner[k]);
-  const glm::dvec3 size = high - low;
-  const double extent = std::max({size.x, size.y, size.z});
+  const double extent = extent_m(scene);
   Mesh mesh;
   mesh.patch_edge_m = options.patch_edge_m > 0 ? options.patch_edge_m : extent / default_patches;
   mesh.element_edge_m = options.element_edge_m > 0 ? options.element_edge_m
@@ -241,6 +236,15 @@ class PolygonCutter {
 };
 
 }  // namespace
+
+double extent_m(const Scene& scene) {
+  glm::dvec3 low(INFINITY), high(-INFINITY);
+  for (const auto& polygon : scene.polygons)
+    for (std::uint32_t k = 0; k < polygon.corners; ++k)
+      low = glm::min(low, polygon.corner[k]), high = glm::max(high, polygon.corner[k]);
+  const glm::dvec3 size = high - low;
+  return std::max({size.x, size.y, size.z});
+}
 
 MeshCounts count_mesh(const Scene& scene, const MeshOptions& options) {
   return counts_of(scene, empty_mesh(scene, options));

@@ -106,6 +106,21 @@ void visit_fields(Visit& visit, M& part) {
   visit("name", name), visit("relative", relative), visit("bound", bound);
 }
 
+template <class Visit, OneOf<TargetStep> M>
+void visit_fields(Visit& visit, M& step) {
+  auto& [patch_edge, element_edge, samples, light_samples, sensor_rays, error, seconds] = step;
+  visit("patch_edge_m", patch_edge), visit("element_edge_m", element_edge), visit("samples", samples);
+  visit("light_samples", light_samples), visit("sensor_rays", sensor_rays), visit("error_relative", error);
+  visit("seconds", seconds);
+}
+
+template <class Visit, OneOf<decltype(Report::target)> M>
+void visit_fields(Visit& visit, M& target) {
+  auto& [error, budget, at_sensors, met, steps] = target;
+  visit("error_relative", error), visit("time_budget_s", budget), visit("at_sensors", at_sensors);
+  visit("met", met), visit("steps", steps);
+}
+
 template <class Visit, OneOf<StageProfile> M>
 void visit_fields(Visit& visit, M& stage) {
   auto& [name, launches, seconds, bytes] = stage;
@@ -137,9 +152,9 @@ void visit_fields(Visit& visit, M& energy) {
 
 template <class Visit, OneOf<decltype(Report::error)> M>
 void visit_fields(Visit& visit, M& error) {
-  auto& [total_relative, sensors_relative, parts] = error;
+  auto& [total_relative, sensors_relative, parts, sensor_parts] = error;
   visit("total_relative", total_relative), visit("sensors_relative", sensors_relative);
-  visit("parts", parts);
+  visit("parts", parts), visit("sensor_parts", sensor_parts);
 }
 
 template <class Visit, OneOf<decltype(Report::refinement)> M>
@@ -166,13 +181,13 @@ void visit_fields(Visit& visit, M& closure) {
 template <class Visit, OneOf<Report> M>
 void visit_fields(Visit& visit, M& report) {
   auto& [effects, stages, shoots, reshoots, rays, pieces, candidates, exact_tests, seconds, energy, error,
-         refinement, closure, comparison, invariants, warnings, device_peak_bytes, host_peak_bytes, device,
-         options] = report;
+         refinement, closure, comparison, target, invariants, warnings, device_peak_bytes, host_peak_bytes,
+         device, options] = report;
   visit("effects", effects), visit("stages", stages), visit("shoots", shoots), visit("reshoots", reshoots);
   visit("rays", rays), visit("pieces", pieces), visit("candidates", candidates);
   visit("exact_tests", exact_tests), visit("seconds", seconds), visit("energy", energy);
   visit("error", error), visit("refinement", refinement), visit("closure", closure);
-  visit("comparison", comparison), visit("invariants", invariants);
+  visit("comparison", comparison), visit("target", target), visit("invariants", invariants);
   visit("warnings", warnings), visit("device_peak_bytes", device_peak_bytes);
   visit("host_peak_bytes", host_peak_bytes), visit("device", device), visit("options", options);
 }

@@ -61,13 +61,35 @@ Json effects_json(const Report& report) {
 }
 
 Json error_json(const Report& report) {
-  Json parts = Json::array();
-  for (const ErrorPart& part : report.error.parts)
-    parts.push_back(
-        {{"name", part.name}, {"relative", part.relative}, {"kind", part.bound ? "bound" : "estimate"}});
+  const auto list = [](const std::vector<ErrorPart>& parts) {
+    Json all = Json::array();
+    for (const ErrorPart& part : parts)
+      all.push_back(
+          {{"name", part.name}, {"relative", part.relative}, {"kind", part.bound ? "bound" : "estimate"}});
+    return all;
+  };
   return {{"total_relative", report.error.total_relative},
           {"sensors_relative", report.error.sensors_relative},
-          {"parts", parts}};
+          {"parts", list(report.error.parts)},
+          {"sensor_parts", list(report.error.sensor_parts)}};
+}
+
+Json target_json(const Report& report) {
+  Json steps = Json::array();
+  for (const TargetStep& s : report.target.steps)
+    steps.push_back({{"patch_edge_m", s.patch_edge_m},
+                     {"element_edge_m", s.element_edge_m},
+                     {"samples", s.samples},
+                     {"light_samples", s.light_samples},
+                     {"sensor_rays", s.sensor_rays},
+                     {"error_relative", s.error_relative},
+                     {"seconds", s.seconds}});
+  const auto asked = [](double value) { return value > 0 ? Json(value) : Json(nullptr); };
+  return {{"error_relative", asked(report.target.error_relative)},
+          {"time_budget_s", asked(report.target.time_budget_s)},
+          {"of", report.target.at_sensors ? "sensors" : "scene"},
+          {"met", report.target.met},
+          {"steps", steps}};
 }
 
 Json polygons_json(const Solution& solution, const Units& units) {
@@ -152,6 +174,7 @@ std::string report_json(const Solution& solution) {
                      {"amplification", closure.amplification},
                      {"amplified_defect", closure.amplified_defect}};
   json["error"] = error_json(report);
+  if (!report.target.steps.empty()) json["target"] = target_json(report);
   const Comparison& other = report.comparison;
   if (!other.file.empty())
     json["comparison"] = {{"file", other.file},

@@ -222,15 +222,20 @@ void total_up(SolveState& state, Solution& solution, double mean, const std::vec
     if (!part.bound) squares += part.relative * part.relative;
   error.total_relative = std::sqrt(squares);
   if (solution.sensors.empty() || !(mean > 0)) return;
-  double all = 0, irradiance = 0;
+  double all = 0, rays = 0, irradiance = 0;
   for (SensorResult& sensor : solution.sensors)
     for (std::uint32_t b = 0; b < state.bands; ++b) {
       double& e = sensor.irradiance_error[b];
+      rays += e * e, irradiance += sensor.irradiance[b];
       e = std::hypot(e, seen[b], solution.ambient[b]);
-      all += e * e, irradiance += sensor.irradiance[b];
+      all += e * e;
     }
   const double values = double(solution.sensors.size()) * state.bands;
-  error.sensors_relative = irradiance > 0 ? std::sqrt(all / values) / (irradiance / values) : 0;
+  const auto relative = [&](double squares_of) {
+    return irradiance > 0 ? std::sqrt(squares_of / values) / (irradiance / values) : 0;
+  };
+  error.sensors_relative = relative(all);
+  error.sensor_parts = {{"sensor rays", relative(rays), false}, {"light seen", relative(all - rays), false}};
 }
 
 }  // namespace

@@ -174,6 +174,24 @@ void write_checkpoint(const std::string& path, Run& run) {
   archive.finish();
 }
 
+CheckpointSettings settings_of_checkpoint(const std::string& path) {
+  ArchiveReader archive(path, kind);
+  const Json conditions = archive.json("conditions");
+  const auto number = [&](const char* name, double most) {
+    for (const Json& c : conditions.is_array() ? conditions : Json::array())
+      if (c.is_array() && c.size() == 2 && c[0] == name && c[1].is_number()) {
+        const double value = c[1].get<double>();
+        if (value > 0 && value <= most) return value;
+      }
+    archive.fail(fmt::format("a checkpoint that does not say its {}", name));
+  };
+  CheckpointSettings s;
+  s.patch_edge_m = number("--patch-edge", 1e30), s.element_edge_m = number("--element-edge", 1e30);
+  s.samples = std::uint32_t(number("--samples", 4096));
+  s.light_samples = std::uint32_t(number("--light-samples", 1 << 24));
+  return s;
+}
+
 Checkpoint::Checkpoint(const std::string& path, const Device& device, const Scene& scene,
                        const SolveOptions& options)
     : Checkpoint(path, conditions(device, scene, options)) {}

@@ -23,6 +23,14 @@ struct CheckpointNumbers {
   std::vector<std::uint32_t> patch_of_slot;  ///< patches with a kept column, each once
 };
 
+/// What a checkpoint was solved with.
+struct CheckpointSettings {
+  double patch_edge_m = 0, element_edge_m = 0;
+  std::uint32_t samples = 0, light_samples = 0;
+};
+/// Throws InputError where they are not in the file or cannot be.
+CheckpointSettings settings_of_checkpoint(const std::string& path);
+
 /// A checkpoint that fits `device`, `scene` and `options`. Throws InputError with the reason when it is of another clrad,
 /// device, scene, or of options that the result depends on (convergence, engine, sensors and memory may differ).
 class Checkpoint {

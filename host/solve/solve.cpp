@@ -29,6 +29,7 @@
 #include "solve/run.hpp"
 #include "solve/sensor.hpp"
 #include "solve/shoot.hpp"
+#include "solve/target.hpp"
 #include "solve/transmission.hpp"
 #include "visibility/chop.hpp"
 #include "visibility/open.hpp"
@@ -240,12 +241,8 @@ SolveOptions as_planned(SolveOptions options, const std::vector<Effect>& effects
   return options;
 }
 
-}  // namespace
-
-Solution solve(Device& device, const Scene& given, const SolveOptions& options) {
-  check_options(options);
-  require_range(given);
-  require_sensors_near(given, options.sensors);
+// The solve with these very options.
+Solution solve_once(Device& device, const Scene& given, const SolveOptions& options) {
   const auto start = Clock::now();
   const std::vector<Effect> effects = plan_effects(given, options);
   Scene scene = given;
@@ -268,6 +265,18 @@ Solution solve(Device& device, const Scene& given, const SolveOptions& options) 
   report.host_peak_bytes = host_peak_bytes();
   report.seconds.total = since(start);
   return solution;
+}
+
+}  // namespace
+
+Solution solve(Device& device, const Scene& scene, const SolveOptions& options) {
+  check_options(options);
+  require_range(scene);
+  require_sensors_near(scene, options.sensors);
+  if (options.target_error > 0 || options.time_budget_s > 0)
+    return solve_to_target(scene, options,
+                           [&](const SolveOptions& o) { return solve_once(device, scene, o); });
+  return solve_once(device, scene, options);
 }
 
 }  // namespace clrad

@@ -63,6 +63,14 @@ struct AdaptiveOptions {
   bool interpolate_new = false;
 };
 
+/// Which error SolveOptions::target_error is of; all are relative to the mean irradiance there.
+enum class TargetOf {
+  automatic,     ///< sensors where there are some, else the scene
+  scene,         ///< RMS over the surfaces
+  sensors,       ///< RMS over the sensors
+  worst_sensor,  ///< the largest of a sensor
+};
+
 struct SolveOptions {
   MeshOptions mesh;
   AdaptiveOptions adaptive;
@@ -87,7 +95,13 @@ struct SolveOptions {
   std::vector<std::string> force_effects;
   /// Effects to leave out though the scene calls for them: the answer is wrong by what they do.
   std::vector<std::string> without;
-  bool error = true;               ///< estimate what the solve is off by (Report::error)
+  bool error = true;  ///< estimate what the solve is off by (Report::error)
+  /// Estimated relative error to reach, such as 0.01; 0: none. The scene is solved coarsely and then finer until it is met; mesh, samples
+  /// and sensor_rays above are where that starts, as far as mesh edges are given.
+  double target_error = 0;
+  TargetOf target_of = TargetOf::automatic;
+  /// Seconds for the whole solve; 0: no limit. The best solution that can be had in that time, or the first that meets target_error.
+  double time_budget_s = 0;
   bool strict = false;             ///< a violated invariant is an error, not a warning
   std::string checkpoint;          ///< file to keep the state of a running solve in; empty: none
   double checkpoint_every_s = 30;  ///< least time between two; also not more than 5 % of the solve's time

@@ -35,6 +35,14 @@ struct ErrorPart {
   bool bound = false;  ///< a bound, else an estimate
 };
 
+/// One of the solves on the way to a target; edges in metres.
+struct TargetStep {
+  double patch_edge_m = 0, element_edge_m = 0;
+  std::uint32_t samples = 0, light_samples = 0, sensor_rays = 0;
+  double error_relative = 0;  ///< estimated
+  double seconds = 0;
+};
+
 /// How far a solution is from another; see clrad/accuracy.hpp.
 struct Comparison {
   std::string file;                                 ///< of the other; empty: nothing was compared
@@ -63,8 +71,9 @@ struct Report {
     /// RMS error of irradiance over the scene's exposed surfaces, relative to its mean there: root of the sum of squares of the
     /// parts that are estimates; bounds, of the worst place, stand beside it. NaN where a part is unknown, or nothing was estimated.
     double total_relative = NAN;
-    double sensors_relative = NAN;  ///< the same over the sensors; NaN where there are none
-    std::vector<ErrorPart> parts;   ///< relative to the same mean
+    double sensors_relative = NAN;        ///< the same over the sensors; NaN where there are none
+    std::vector<ErrorPart> parts;         ///< of the scene, relative to the same mean
+    std::vector<ErrorPart> sensor_parts;  ///< of the sensors: of their rays, and of the light that they see
   } error;
   /// Adaptive subdivision; all 0 without it.
   struct {
@@ -90,6 +99,13 @@ struct Report {
     bool converges = true;          ///< false: amplified_defect > 1, or the solve came to a stand
   } closure;
   Comparison comparison;
+  /// Of a solve to a target (SolveOptions::target_error, time_budget_s); no steps without one.
+  struct {
+    double error_relative = 0, time_budget_s = 0;
+    bool at_sensors = false;  ///< the error is that of the sensors
+    bool met = true;
+    std::vector<TargetStep> steps;
+  } target;
   std::vector<Invariant> invariants;
   std::vector<std::string> warnings;
   std::uint64_t device_peak_bytes = 0, host_peak_bytes = 0;

@@ -1,0 +1,268 @@
+#include "solve/target.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <optional>
+
+#include "clrad/error.hpp"
+#include "mesh/build.hpp"
+#include "solve/checkpoint.hpp"
+
+namespace clrad {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+// How the parts of the error fall with what they are made of; from `./run bench budget`. Patches sample each other's light, so that
+// finer ones lessen the error of visibility, too.
+constexpr double order_of_receiving = 1.2, order_of_shooting = 1.2, order_of_samples = 0.5,
+                 order_of_visibility_in_patches = 0.5, order_of_sensor_rays = 0.6;
+// Predictions are not exact: the next setting is to come out a little below the target, and well inside the time.
+constexpr double aim = 0.8, share_of_time_left = 0.7;
+// A next solve takes at most this many times the last one's time: what the last one said of the error is too far off beyond.
+constexpr double longest_step = 40;
+constexpr int most_solves = 8;
+constexpr std::uint32_t most_samples = 1024, most_sensor_rays = 1u << 20;
+
+struct Setting {
+  double patch_edge_m = 0;
+  int level = 2;  // elements are patches / 2^level
+  std::uint32_t samples = 4, light_samples = 256, sensor_rays = 1024;
+  double element_edge_m() const { return std::ldexp(patch_edge_m, -level); }
+};
+
+// Thrown out of a solve that will not be ready in time while there is a solution already.
+struct OutOfTime {};
+
+struct TargetErrors {
+  double receiving = 0, shooting = 0, visibility = 0, rest = 0;  // RMS over the scene
+  double seen = 0, sampling = 0;  // at sensors: by the solution's own error, by rays
+  bool at_sensors = false;
+  double total() const {
+    if (at_sensors) return std::hypot(seen, sampling);
+    return std::sqrt(receiving * receiving + shooting * shooting + visibility * visibility + rest * rest);
+  }
+};
+
+bool aims_at_sensors(const SolveOptions& o) {
+  return o.target_of == TargetOf::sensors || o.target_of == TargetOf::worst_sensor ||
+         (o.target_of == TargetOf::automatic && !o.sensors.empty());
+}
+
+double error_part(const Report& report, const char* name) {
+  for (const ErrorPart& p : report.error.parts)
+    if (p.name == name) return p.relative;
+  return 0;
+}
+
+// The largest error of a sensor, relative to the mean of all.
+double worst_sensor(const Solution& s) {
+  double worst = 0, mean = 0, values = 0;
+  for (const SensorResult& sensor : s.sensors)
+    for (std::size_t b = 0; b < sensor.irradiance.size(); ++b)
+      worst = std::max(worst, sensor.irradiance_error[b]), mean += sensor.irradiance[b], values += 1;
+  return mean > 0 ? worst / (mean / values) : 0;
+}
+
+TargetErrors errors_of(const Solution& s, const SolveOptions& o) {
+  const Report& r = s.report;
+  TargetErrors e;
+  e.receiving = error_part(r, "mesh-receive"), e.shooting = error_part(r, "mesh-shoot"),
+  e.visibility = error_part(r, "visibility");
+  const double known = std::hypot(e.receiving, e.shooting, e.visibility);
+  e.rest = std::sqrt(std::max(0.0, r.error.total_relative * r.error.total_relative - known * known));
+  e.at_sensors = aims_at_sensors(o);
+  if (!e.at_sensors) return e;
+  const double all = r.error.sensors_relative;
+  const double scale = o.target_of == TargetOf::worst_sensor && all > 0 ? worst_sensor(s) / all : 1;
+  for (const ErrorPart& p : r.error.sensor_parts)
+    (p.name == "sensor rays" ? e.sampling : e.seen) = scale * p.relative;
+  return e;
+}
+
+TargetErrors predicted(const TargetErrors& now, const Setting& at, const Setting& next) {
+  const double elements = next.element_edge_m() / at.element_edge_m(),
+               patches = next.patch_edge_m / at.patch_edge_m;
+  const double samples = double(next.samples) / at.samples, rays = double(next.sensor_rays) / at.sensor_rays;
+  TargetErrors e = now;
+  e.receiving *= std::pow(elements, order_of_receiving);
+  e.shooting *= std::pow(patches, order_of_shooting);
+  e.visibility *= std::pow(samples, -order_of_samples) * std::pow(patches, order_of_visibility_in_patches);
+  e.sampling *= std::pow(rays, -order_of_sensor_rays);
+  const double before = std::hypot(now.receiving, now.shooting, now.visibility);
+  if (before > 0) e.seen *= std::hypot(e.receiving, e.shooting, e.visibility) / before;
+  return e;
+}
+
+// What a solve took.
+struct Cost {
+  double shooting_s = 0, sensors_s = 0, vertices = 0, patches = 0;
+  double total() const { return shooting_s + sensors_s; }
+};
+
+// Columns are patches x vertices, with a ray a sample, and some launches for each patch whatever its size.
+double predicted_seconds(const Cost& now, const Setting& at, const Setting& next) {
+  const double p = std::pow(at.patch_edge_m / next.patch_edge_m, 2),
+               v = std::pow(at.element_edge_m() / next.element_edge_m(), 2);
+  constexpr double launches = 3000, ray = 0.15;  // of a column, in vertices; of a sample, in vertices
+  const auto column = [&](double vertices, std::uint32_t samples) {
+    return launches + vertices * (1 + ray * samples);
+  };
+  const double shooting =
+      now.shooting_s * p * column(now.vertices * v, next.samples) / column(now.vertices, at.samples);
+  // Near patches are gathered by their elements.
+  const double sensors = now.sensors_s * std::max(double(next.sensor_rays) / at.sensor_rays, std::sqrt(v));
+  return shooting + sensors;
+}
+
+// All settings that are as fine as `at`, and a little finer at a time.
+template <class Visit>
+void each_finer(const Setting& at, bool sensors, Visit visit) {
+  for (int p = 0; p <= 12; ++p)
+    for (int level = std::max(0, at.level - 3); level <= std::min(5, at.level + 3); ++level)
+      for (std::uint32_t samples = 1; samples <= 64; samples *= 4)
+        for (std::uint32_t rays = 1; rays <= (sensors ? 1024u : 1u); rays *= 2) {
+          Setting next = at;
+          next.patch_edge_m = at.patch_edge_m * std::exp2(-p / 4.0);
+          next.level = level;
+          if (next.element_edge_m() > at.element_edge_m() * 1.001) continue;
+          next.samples *= samples, next.light_samples *= samples, next.sensor_rays *= rays;
+          if (next.samples > most_samples || next.sensor_rays > most_sensor_rays) continue;
+          visit(next);
+        }
+}
+
+std::optional<Setting> next_setting(const TargetErrors& errors, const Setting& at, const Cost& cost, double target,
+                                    double seconds_left) {
+  std::optional<Setting> best;
+  double best_seconds = 0, best_error = 0;
+  const double most_seconds = std::min(seconds_left * share_of_time_left, longest_step * cost.total());
+  each_finer(at, errors.at_sensors, [&](const Setting& next) {
+    const double error = predicted(errors, at, next).total(), seconds = predicted_seconds(cost, at, next);
+    if (seconds > most_seconds) return;
+    const bool meets = target > 0 && error <= aim * target,
+               best_meets = target > 0 && best_error <= aim * target;
+    const bool better = !best                 ? true
+                        : meets != best_meets ? meets
+                        : meets               ? seconds < best_seconds
+                                              : error < best_error;
+    if (better) best = next, best_seconds = seconds, best_error = error;
+  });
+  // Not worth another solve.
+  if (!best || best_error > 0.9 * errors.total()) return std::nullopt;
+  return best;
+}
+
+SolveOptions with_setting(const SolveOptions& options, const Setting& setting) {
+  SolveOptions o = options;
+  o.target_error = 0, o.time_budget_s = 0, o.error = true;
+  o.mesh.patch_edge_m = setting.patch_edge_m;
+  o.mesh.element_edge_m = setting.element_edge_m();
+  o.samples = setting.samples, o.light_samples = setting.light_samples, o.sensor_rays = setting.sensor_rays;
+  return o;
+}
+
+// A fresh run starts coarse, or at the size of patches and elements that was asked for; one that goes on from a
+// checkpoint, with what that was of.
+Setting first_setting(const Scene& scene, const SolveOptions& o) {
+  Setting s;
+  if (!o.resume.empty()) {
+    const CheckpointSettings c = settings_of_checkpoint(o.resume);
+    s.patch_edge_m = c.patch_edge_m;
+    s.level = int(std::lround(std::log2(c.patch_edge_m / c.element_edge_m)));
+    s.samples = c.samples, s.light_samples = c.light_samples;
+    return s;
+  }
+  s.patch_edge_m = o.mesh.patch_edge_m > 0 ? o.mesh.patch_edge_m : extent_m(scene) / 4;
+  if (o.mesh.element_edge_m > 0)
+    s.level = std::max(0, int(std::ceil(std::log2(s.patch_edge_m / o.mesh.element_edge_m) - 1e-9)));
+  else if (aims_at_sensors(o))
+    s.level = 1;
+  s.samples = o.samples, s.light_samples = o.light_samples;
+  return s;
+}
+
+double sensor_seconds(const Report& report) {
+  for (const StageProfile& stage : report.stages)
+    if (stage.name == "gather at sensors") return stage.seconds;
+  return 0;
+}
+
+}  // namespace
+
+Solution solve_to_target(const Scene& scene, const SolveOptions& options, const SolveOnce& solve_once) {
+  const auto start = Clock::now();
+  const auto elapsed = [&] { return std::chrono::duration<double>(Clock::now() - start).count(); };
+  const double budget = options.time_budget_s > 0 ? options.time_budget_s : INFINITY;
+  const bool sensors = aims_at_sensors(options);
+  Setting setting = first_setting(scene, options);
+  std::optional<Solution> best;
+  std::vector<TargetStep> steps;
+  std::string why;  // it ended before the target was met
+  double sensors_before = 0, error = INFINITY, finishing = 0;
+  for (int step = 0; step < most_solves; ++step) {
+    SolveOptions o = with_setting(options, setting);
+    if (step > 0) o.resume.clear();
+    o.progress = [&, step](const Progress& p) {
+      Progress shown = p;
+      shown.stage = fmt::format("step {}: {}", step + 1, p.stage);
+      shown.seconds = elapsed();
+      if (options.progress && !options.progress(shown)) return false;
+      if (elapsed() < budget - finishing) return true;
+      if (best) throw OutOfTime();
+      return false;
+    };
+    const double began = elapsed();
+    std::optional<Solution> solution;
+    try {
+      solution = solve_once(o);
+    } catch (const OutOfTime&) {
+      why = "the time was up";
+    } catch (const MemoryError& e) {
+      if (!best) throw;
+      why = fmt::format("a finer mesh does not fit into memory ({})", e.what());
+    }
+    if (!solution) break;
+    const double seconds = elapsed() - began;
+    const TargetErrors errors = errors_of(*solution, options);
+    steps.push_back({setting.patch_edge_m, setting.element_edge_m(), setting.samples, setting.light_samples,
+                     setting.sensor_rays, errors.total(), seconds});
+    Cost cost;
+    cost.sensors_s = sensor_seconds(solution->report) - sensors_before;
+    sensors_before += cost.sensors_s;
+    cost.shooting_s = std::max(1e-4, seconds - cost.sensors_s);
+    cost.vertices = solution->vertex_count(), cost.patches = double(solution->mesh.patches.size());
+    const bool stopped = solution->stopped;
+    if (!best || !stopped || errors.total() < error) error = errors.total(), best = std::move(solution);
+    if (stopped) {
+      why = "it was stopped";
+      break;
+    }
+    if (options.target_error > 0 && error <= options.target_error) break;
+    const auto next = next_setting(errors, setting, cost, options.target_error, budget - elapsed());
+    if (!next) {
+      why = std::isfinite(budget) ? "nothing finer fits into the time" : "nothing finer would help";
+      break;
+    }
+    // What comes after the shots (near field, sensors, this estimate) has to fit in, too.
+    const double growth = predicted_seconds(cost, setting, *next) / cost.total();
+    finishing = std::min(0.3 * (budget - elapsed()), 0.25 * seconds * growth);
+    setting = *next;
+  }
+  Report& report = best->report;
+  report.target.error_relative = options.target_error, report.target.time_budget_s = options.time_budget_s;
+  report.target.at_sensors = sensors;
+  report.target.met = options.target_error <= 0 || error <= options.target_error;
+  report.target.steps = std::move(steps);
+  if (!report.target.met)
+    report.warnings.push_back(fmt::format(
+        "the error is {:.3g} %, not the {:.3g} % that were asked for: {}", 100 * error,
+        100 * options.target_error, why.empty() ? fmt::format("{} settings were tried", most_solves) : why));
+  return std::move(*best);
+}
+
+}  // namespace clrad

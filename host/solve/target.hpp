@@ -1,0 +1,19 @@
+// Solving to a target: an error that is asked for, or what can be had in a time.
+#pragma once
+#include <functional>
+
+#include "clrad/device.hpp"
+#include "clrad/options.hpp"
+#include "clrad/solution.hpp"
+
+namespace clrad {
+
+using SolveOnce = std::function<Solution(const SolveOptions&)>;
+
+/// Solves coarsely, and again with finer patches, elements, more samples or rays from sensors, until the estimated error is at most
+/// options.target_error (0: none asked for) or options.time_budget_s is used up (0: there is no limit). Each next setting is the cheapest one that
+/// should meet the target by what the last one's parts of the error were (with a time budget, the best that should be
+/// done in time), so that the last solve takes most of all time. Returns the best solution; its report says what was tried.
+Solution solve_to_target(const Scene& scene, const SolveOptions& options, const SolveOnce& solve_once);
+
+}  // namespace clrad
