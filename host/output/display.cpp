@@ -2,7 +2,7 @@
 // means.
 #include <algorithm>
 
-#include "clrad/solution.hpp"
+#include "output/display.hpp"
 
 namespace clrad {
 namespace {
@@ -51,22 +51,27 @@ std::vector<double> displayed_values(const Solution& solution, bool ambient, boo
       b = solution.vertex_radiosity(band, v, polygon);
       if (more != 0) b += solution.vertex_reflectance(band, v, polygon) * more;
     }
+  fill_covered(solution.mesh, solution.vertex_covered, radiosity, solution.bands);
+  return radiosity;
+}
+
+}  // namespace
+
+void fill_covered(const Mesh& mesh, std::vector<std::uint8_t> covered, std::vector<double>& values,
+                  std::uint32_t bands) {
+  if (std::none_of(covered.begin(), covered.end(), [](std::uint8_t c) { return c != 0; })) return;
+  const std::size_t vertices = mesh.vertex_count();
   // Rings inwards, so that an element all of whose corners are covered, each by another block, is not black.
-  std::vector<std::uint8_t> covered = solution.vertex_covered;
-  if (std::none_of(covered.begin(), covered.end(), [](std::uint8_t c) { return c != 0; })) return radiosity;
-  for (auto ring = next_ring(solution.mesh, covered); !ring.empty(); ring = next_ring(solution.mesh, covered))
-    for (std::uint32_t band = 0; band < solution.bands; ++band) {
-      double* const b = radiosity.data() + std::size_t(band) * vertices;
+  for (auto ring = next_ring(mesh, covered); !ring.empty(); ring = next_ring(mesh, covered))
+    for (std::uint32_t band = 0; band < bands; ++band) {
+      double* const b = values.data() + band * vertices;
       for (const Fill& fill : ring) {
         double sum = 0;
         for (const std::uint32_t v : fill.from) sum += b[v];
         b[fill.vertex] = sum / double(fill.from.size());
       }
     }
-  return radiosity;
 }
-
-}  // namespace
 
 std::vector<double> display_radiosity(const Solution& solution, bool ambient) {
   return displayed_values(solution, ambient, false);

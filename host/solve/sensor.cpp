@@ -6,6 +6,9 @@
 
 #include "clrad/primitives.hpp"
 #include "device/grow.hpp"
+#include "mesh/bend.hpp"
+#include "output/display.hpp"
+#include "solve/lamps.hpp"
 #include "solve/nodes.hpp"
 #include "solve/transmission.hpp"
 
@@ -13,8 +16,10 @@ namespace clrad {
 namespace {
 
 constexpr const char* sensor_kernels = "solve/sensor.cl";
-// A patch closer than this many of its diameters is gathered by elements.
-constexpr double near_diameters = 6.0;
+// The share of the rays by which the others are shared out.
+constexpr double first_share = 0.125;
+// What a patch whose vertices are all dark may have all the same, in shares of the mean irradiance: rays are to find it.
+constexpr double dark_share = 0.02;
 
 // A sensor within the grid's rounding of a polygon that faces its way lies on it, and ignores its plane.
 std::uint32_t plane_under(const Solution& solution, std::span<const std::uint32_t> planes,
@@ -63,6 +68,264 @@ Frame reaching(Frame frame, const glm::dvec3& world_m) {
   return frame;
 }
 
+// Patches, what is interpolated on them, and lamps, on the device (kernels/solve/sensor.cl).
+struct Surroundings {
+  std::uint32_t patches, elements, vertices, edge_count, lamp_count;
+  PointArray corners, lamp_corners;
+  RealArray shooters, brightness, radiosity, irradiance, bend, emitted, rho, lamps, lamp_exitance;
+  Array<std::uint32_t> quads, reflects, patch_first, code, level, vertex, middle, edge;
+  bool any_reflects = false;
+};
+
+void add_lamps(Surroundings& s, Device& device, const Solution& solution, std::span<const std::uint32_t> polygons,
+               std::span<const std::uint32_t> planes) {
+  s.lamp_count = std::uint32_t(polygons.size());
+  std::vector<Point> corners;
+  std::vector<double> records, exitance;
+  for (const std::uint32_t p : polygons) {
+    const Polygon& polygon = solution.scene.polygons[p];
+    glm::dvec3 middle(0);
+    double radius = 0, emitted = 0;
+    for (std::uint32_t k = 0; k < 4; ++k) {
+      const glm::dvec3 c = solution.frame.to_frame(polygon.corner[std::min(k, polygon.corners - 1)]);
+      corners.push_back({c, polygon.normal(), planes[p], p});
+      if (k < polygon.corners) middle += c / double(polygon.corners);
+    }
+    for (std::size_t k = corners.size() - 4; k < corners.size(); ++k)
+      radius = std::max(radius, glm::length(corners[k].position - middle));
+    for (const double e : solution.material_of(p).emitted_exitance) emitted += e;
+    records.insert(records.end(), {middle.x, middle.y, middle.z, radius, emitted * radius * radius});
+  }
+  for (std::uint32_t b = 0; b < solution.bands; ++b)
+    for (const std::uint32_t p : polygons) exitance.push_back(solution.material_of(p).emitted_exitance[b]);
+  if (polygons.empty()) corners.emplace_back(), records.push_back(0), exitance.push_back(0);  // no empty buffers
+  s.lamp_corners = PointArray(device, corners, "lamps");
+  s.lamps = RealArray(device, records, "lamps");
+  s.lamp_exitance = RealArray(device, exitance, "lamps");
+}
+
+// What patches have on average, which shares out rays.
+void add_brightness(Surroundings& s, Device& device, const Solution& solution) {
+  const std::vector<double> nodes = node_radiosity(solution);
+  const std::size_t count = s.patches + s.elements;
+  std::vector<double> radiosity(std::size_t(solution.bands) * s.patches), brightness(s.patches);
+  for (std::uint32_t b = 0; b < solution.bands; ++b) {
+    double arriving = 0, area = 0;
+    for (std::uint32_t p = 0; p < s.patches; ++p) {
+      const double a = solution.mesh.patches[p].area_m2;
+      arriving += a * solution.patch_irradiance[std::size_t(b) * s.patches + p], area += a;
+    }
+    for (std::uint32_t p = 0; p < s.patches; ++p) {
+      const std::size_t i = std::size_t(b) * s.patches + p;
+      radiosity[i] = nodes[b * count + p];
+      brightness[p] += radiosity[i] + dark_share * solution.patch_reflectance(b, p) * arriving / area;
+    }
+  }
+  s.radiosity = RealArray(device, radiosity, "patch radiosity");
+  s.brightness = RealArray(device, brightness, "patch brightness");
+}
+
+// What the mesh says of irradiance, less what rays' ends ask for themselves.
+void add_irradiance(Surroundings& s, Device& device, const Solution& solution, std::span<const double> direct) {
+  const Mesh& mesh = solution.mesh;
+  std::vector<double> irradiance = solution.vertex_irradiance;
+  for (std::size_t i = 0; i < direct.size(); ++i) irradiance[i] -= direct[i];
+  fill_covered(mesh, solution.vertex_covered, irradiance, solution.bands);
+  const Edges edges = edges_of(mesh);
+  s.edge_count = std::uint32_t(edges.ends.size());
+  s.bend = RealArray(device, edge_bends(mesh, edges, solution.vertex_covered, irradiance, solution.bands),
+                     "bends of irradiance");
+  s.irradiance = RealArray(device, irradiance, "irradiance of vertices");
+  std::vector<std::uint32_t> edge;
+  for (const auto& of : edges.of_element) edge.insert(edge.end(), of.begin(), of.end());
+  s.edge = Array<std::uint32_t>(device, edge, "elements");
+}
+
+void add_elements(Surroundings& s, Device& device, const Solution& solution) {
+  const Mesh& mesh = solution.mesh;
+  std::vector<std::uint32_t> quads, reflects, patch_first, code, level, vertex, middle;
+  std::vector<double> emitted, rho;
+  for (const Patch& patch : mesh.patches) {
+    quads.push_back(patch.corners == 4);
+    patch_first.push_back(patch.first_element);
+    bool any = false;
+    for (const double r : solution.material_of(patch.polygon).reflectance) any |= r > 0;
+    any |= solution.material_of(patch.polygon).texture != no_texture;
+    reflects.push_back(any);
+    s.any_reflects |= any;
+  }
+  patch_first.push_back(s.elements);
+  for (const Element& e : mesh.elements) {
+    code.push_back(e.code);
+    level.push_back(e.level);
+    vertex.insert(vertex.end(), e.vertex.begin(), e.vertex.end());
+    middle.insert(middle.end(), e.middle.begin(), e.middle.end());
+  }
+  for (std::uint32_t b = 0; b < solution.bands; ++b) {
+    for (const Patch& patch : mesh.patches)
+      emitted.push_back(solution.material_of(patch.polygon).emitted_exitance[b]);
+    for (std::size_t e = 0; e < s.elements; ++e)
+      rho.push_back(solution.textured.element.empty()
+                        ? solution.material_of(mesh.patches[mesh.elements[e].patch].polygon).reflectance[b]
+                        : solution.textured.element[b * s.elements + e]);
+  }
+  const auto array = [&](const std::vector<std::uint32_t>& values) {
+    return Array<std::uint32_t>(device, values, "elements");
+  };
+  s.quads = array(quads), s.reflects = array(reflects), s.patch_first = array(patch_first), s.code = array(code);
+  s.level = array(level), s.vertex = array(vertex), s.middle = array(middle);
+  s.emitted = RealArray(device, emitted, "emitted exitance");
+  s.rho = RealArray(device, rho, "reflectance of elements");
+}
+
+Surroundings surroundings_of(Device& device, const Solution& solution, std::span<const std::uint32_t> planes,
+                             const LampLight* lamps) {
+  Surroundings s;
+  s.patches = std::uint32_t(solution.mesh.patches.size());
+  s.elements = std::uint32_t(solution.mesh.elements.size());
+  s.vertices = solution.vertex_count();
+  const PatchNodes nodes = patch_nodes(solution);
+  s.corners = PointArray(device, nodes.corners, "patch corners");
+  s.shooters = RealArray(device, nodes.shooters, "patches");
+  add_lamps(s, device, solution, lamps ? std::span<const std::uint32_t>(lamps->polygons) : std::span<const std::uint32_t>(),
+            planes);
+  add_brightness(s, device, solution);
+  add_irradiance(s, device, solution, lamps ? std::span<const double>(lamps->vertex) : std::span<const double>());
+  add_elements(s, device, solution);
+  return s;
+}
+
+// The pairs of some sensors with the patches that may light them, and what their rays found so far.
+class Gather {
+ public:
+  Gather(Device& device, const Solution& solution, const Surroundings& around, const PointArray& sensors,
+         VisibilityEngine& engine, const SolveOptions& options, const Glass* glass, Lights* lights)
+      : device_(device),
+        around_(around),
+        sensors_(sensors),
+        engine_(engine),
+        options_(options),
+        glass_(glass),
+        lights_(lights),
+        bands_(solution.bands),
+        colours_(glass ? glass->colours() : 1),
+        open_(engine.name() == "none") {}
+
+  /// For sensors first .. first + count - 1: [sensor * bands + band].
+  void run(std::uint32_t first, std::uint32_t count, RealArray& irradiance, RealArray& error) {
+    first_ = first;
+    find_pairs(count);
+    const auto rays = double(options_.sensor_rays);
+    cast(first_share * rays, 1);
+    device_.run(sensor_kernels, "sensor_spread", pairs_.total, pairs_.owner, factor_, moments_, done_,
+                around_.radiosity, weight_, pairs_.total, around_.patches, bands_, open_);
+    segmented_reduce_sum(device_, weight_.buffer(), segments_.buffer(), total_.buffer(), count);
+    cast((1 - first_share) * rays, 0);
+    device_.run(sensor_kernels, "sensor_sum", std::uint64_t(count) * bands_, pairs_.total, pairs_.offsets,
+                pairs_.owner, factor_, moments_, done_, around_.radiosity, irradiance, error, first, count,
+                around_.patches, bands_, open_);
+  }
+
+ private:
+  Device& device_;
+  const Surroundings& around_;
+  const PointArray& sensors_;
+  VisibilityEngine& engine_;
+  const SolveOptions& options_;
+  const Glass* const glass_;
+  Lights* const lights_;
+  const std::uint32_t bands_, colours_, open_;
+  std::uint32_t first_ = 0;
+  Allocation pairs_;
+  Array<std::uint32_t> counts_, segments_, ray_counts_, done_;  // of pairs
+  Array<float> total_, weight_;
+  RealArray factor_, moments_;
+  Array<std::uint32_t> masks_, lamp_masks_, idle_, asks_, asking_, lamp_;  // of rays
+  RealArray ray_weight_, place_, light_, found_;
+  PointArray origins_, ends_, targets_;
+
+  void find_pairs(std::uint32_t count) {
+    const std::uint32_t patches = around_.patches;
+    grow(counts_, device_, std::uint64_t(count) * patches, "patches of sensors");
+    grow(segments_, device_, count + 1, "sensor segments");
+    grow(total_, device_, count, "sensor totals");
+    device_.run(sensor_kernels, "sensor_pairs", std::uint64_t(count) * patches, sensors_, around_.corners,
+                around_.brightness, counts_, first_, count, patches);
+    pairs_ = allocate(device_, counts_.buffer(), std::uint64_t(count) * patches, "pairs of sensor and patch");
+    const std::uint64_t total = pairs_.total;
+    grow(factor_, device_, total, "pairs"), grow(weight_, device_, total, "pairs");
+    grow(ray_counts_, device_, total, "pairs"), grow(done_, device_, total, "pairs");
+    grow(moments_, device_, (2 + 3 * std::uint64_t(bands_)) * total, "pairs");
+    if (total > 0) done_.fill_zero(), moments_.fill_zero();
+    device_.run(sensor_kernels, "sensor_factors", total, sensors_, around_.shooters, pairs_.owner,
+                around_.brightness, factor_, weight_, first_, pairs_.total, patches);
+    device_.run(sensor_kernels, "sensor_segments", count + 1, pairs_.offsets, segments_, count, patches);
+    segmented_reduce_sum(device_, weight_.buffer(), segments_.buffer(), total_.buffer(), count);
+  }
+
+  void cast(double rays_of_sensor, std::uint32_t least) {
+    const std::uint32_t patches = around_.patches;
+    device_.run(sensor_kernels, "sensor_ray_counts", pairs_.total, pairs_.owner, weight_, total_,
+                float(rays_of_sensor), least, ray_counts_, pairs_.total, patches);
+    const Allocation rays = allocate(device_, ray_counts_.buffer(), pairs_.total, "rays of sensors");
+    if (rays.total == 0) return;
+    grow(origins_, device_, rays.total, "sensor rays"), grow(ends_, device_, rays.total, "sensor rays");
+    grow(ray_weight_, device_, rays.total, "sensor rays"), grow(masks_, device_, rays.total, "sensor rays");
+    grow(place_, device_, 2 * std::uint64_t(rays.total), "sensor rays");
+    grow(found_, device_, std::uint64_t(bands_) * rays.total, "sensor rays");
+    device_.run(sensor_kernels, "sensor_rays", rays.total, sensors_, around_.corners, pairs_.owner, done_, rays.owner,
+                rays.rank, origins_, ends_, ray_weight_, place_, first_, rays.total, patches,
+                std::uint32_t(options_.seed));
+    const Segments segments{&origins_, nullptr, rays.total, &ends_, 0};
+    engine_.occluded(segments, masks_);
+    const RealArray passes = glass_ ? glass_->pass_pairs(segments, masks_) : RealArray();
+    const bool use_lamps = around_.any_reflects && around_.lamp_count > 0,
+               use_lights = around_.any_reflects && lights_ && lights_->count() > 0;
+    if (use_lamps || use_lights) {
+      grow(idle_, device_, rays.total, "sensor rays");
+      device_.run(sensor_kernels, "sensor_idle", rays.total, pairs_.owner, rays.owner, masks_, around_.reflects,
+                  idle_, rays.total, patches);
+    }
+    if (use_lamps) ask_lamps(rays);
+    const RealArray from_lights = use_lights ? ask_lights(rays.total) : RealArray();
+    // What is not there is not read, but has to be some buffer.
+    device_.run(sensor_kernels, "sensor_found", rays.total, pairs_.owner, rays.owner, place_, masks_,
+                std::uint32_t(glass_ != nullptr), glass_ ? passes : place_, colours_, around_.quads,
+                around_.reflects, around_.patch_first, around_.code, around_.level, around_.vertex,
+                around_.middle, around_.edge, around_.irradiance, around_.bend, around_.emitted, around_.rho,
+                std::uint32_t(use_lamps), use_lamps ? lamp_ : masks_, use_lamps ? light_ : place_,
+                around_.lamp_exitance, around_.lamp_count, std::uint32_t(use_lights),
+                use_lights ? from_lights : place_, found_, rays.total, patches, around_.elements,
+                around_.vertices, around_.edge_count, bands_);
+    device_.run(sensor_kernels, "sensor_tally", pairs_.total, rays.offsets, ray_weight_, found_, factor_, moments_,
+                done_, pairs_.total, rays.total, bands_);
+  }
+
+  void ask_lamps(const Allocation& rays) {
+    grow(targets_, device_, rays.total, "rays to lamps"), grow(asks_, device_, rays.total, "rays to lamps");
+    grow(asking_, device_, rays.total, "rays to lamps"), grow(lamp_, device_, rays.total, "rays to lamps");
+    grow(lamp_masks_, device_, rays.total, "rays to lamps");
+    grow(light_, device_, std::uint64_t(colours_) * rays.total, "rays to lamps");
+    device_.run(sensor_kernels, "sensor_lamps", rays.total, ends_, pairs_.owner, done_, rays.owner, rays.rank, idle_,
+                around_.lamp_corners, around_.lamps, around_.lamp_count, targets_, asks_, lamp_, light_, colours_,
+                first_, rays.total, around_.patches, std::uint32_t(options_.seed));
+    const std::uint32_t count = compact(device_, asks_.buffer(), rays.total, asking_.buffer());
+    const Segments segments{&ends_, &asking_, count, &targets_, 0};
+    if (count > 0) engine_.occluded(segments, lamp_masks_);
+    const RealArray passes = glass_ && count > 0 ? glass_->pass_pairs(segments, lamp_masks_) : RealArray();
+    device_.run(sensor_kernels, "sensor_lamps_seen", count, asking_, lamp_masks_, std::uint32_t(glass_ != nullptr),
+                glass_ && count > 0 ? passes : place_, light_, colours_, count, rays.total);
+  }
+
+  RealArray ask_lights(std::uint32_t rays) {
+    const std::uint64_t size = std::uint64_t(bands_) * rays;
+    RealArray irradiance(device_, size, "light from lights"), lost(device_, size, "light from lights");
+    irradiance.fill_zero(), lost.fill_zero();
+    lights_->irradiate(engine_, ends_, &idle_, 0, rays, irradiance, lost, rays);
+    return irradiance;
+  }
+};
+
 }  // namespace
 
 Frame frame_with_sensors(const Scene& scene, std::span<const Sensor> sensors) {
@@ -75,7 +338,8 @@ Frame frame_with_sensors(const Scene& scene, std::span<const Sensor> sensors) {
 
 std::vector<SensorResult> gather_at_sensors(Device& device, const Solution& solution,
                                             std::span<const std::uint32_t> planes, VisibilityEngine& engine,
-                                            const SolveOptions& options, const Glass* glass, Lights* lights) {
+                                            const SolveOptions& options, const Glass* glass, Lights* lights,
+                                            const LampLight* lamps) {
   if (options.sensors.empty()) return {};
   const auto stage = device.stage("gather at sensors");
   std::vector<Point> points;
@@ -83,68 +347,22 @@ std::vector<SensorResult> gather_at_sensors(Device& device, const Solution& solu
     const glm::dvec3 position = solution.frame.to_frame(s.position_m), normal = glm::normalize(s.normal);
     points.push_back({position, normal, plane_under(solution, planes, position, normal), 0xffffffffu});
   }
-  const Nodes nodes = make_nodes(solution);
-  const auto patches = std::uint32_t(solution.mesh.patches.size());
-  const auto node_count = std::uint32_t(nodes.brightness.size());
+  const PointArray sensor(device, points, "sensors");
   const auto sensors = std::uint32_t(points.size());
-  const std::uint32_t colours = glass ? glass->colours() : 1;
-  const PointArray sensor(device, points, "sensors"), corners(device, nodes.corners, "node corners");
-  const RealArray shooters(device, nodes.shooters, "nodes"),
-      radiosity(device, nodes.radiosity, "node radiosity"),
-      brightness(device, nodes.brightness, "node brightness");
-  const Array<std::uint32_t> first_element(device, nodes.first_element, "patch segments");
+  const Surroundings around = surroundings_of(device, solution, planes, lamps);
   RealArray irradiance(device, std::uint64_t(sensors) * solution.bands, "sensor irradiance");
   RealArray error(device, std::uint64_t(sensors) * solution.bands, "sensor errors");
 
-  // Rays dominate: origins, ends, kernel, mask and owners take some 150 bytes each, what glass lets pass 8 a band; pairs less.
+  // Rays dominate: three points, weights, masks and owners take some 200 bytes each in float, what is found 4 a band, in double twice that.
   const std::uint64_t room =
       (device.ledger()->limit - std::min(device.ledger()->limit, device.ledger()->held)) / 4;
-  const std::uint64_t per_sensor =
-      (std::uint64_t(options.sensor_rays) + 4 * std::uint64_t(patches)) * (300 + 8 * (colours - 1));
+  const std::uint64_t per_sensor = (std::uint64_t(options.sensor_rays) + 4 * std::uint64_t(around.patches)) *
+                                   (400 + 16 * std::uint64_t(solution.bands));
   const auto batch = std::uint32_t(std::clamp<std::uint64_t>(
-      room / per_sensor, 1, std::min<std::uint64_t>(sensors, (1u << 30) / patches)));
-
-  Array<std::uint32_t> counts(device, std::uint64_t(batch) * patches, "nodes of sensors"),
-      segments(device, batch + 1, "sensor segments");
-  Array<float> total(device, batch, "sensor totals"), weight;
-  Array<std::uint32_t> node, ray_counts, masks;
-  RealArray factor, visible, variance, kernel_of;
-  PointArray origins, ends;
-  for (std::uint32_t first = 0; first < sensors; first += batch) {
-    const std::uint32_t count = std::min(batch, sensors - first);
-    device.run(sensor_kernels, "sensor_nodes", std::uint64_t(count) * patches, sensor, corners, first_element,
-               brightness, Real{near_diameters * near_diameters}, counts, first, count, patches);
-    const Allocation pairs =
-        allocate(device, counts.buffer(), std::uint64_t(count) * patches, "pairs of sensor and node");
-    grow(node, device, pairs.total, "pairs"), grow(factor, device, pairs.total, "pairs"),
-        grow(weight, device, pairs.total, "pairs");
-    const std::uint64_t shares = std::uint64_t(colours) * pairs.total;
-    grow(visible, device, shares, "pairs"), grow(variance, device, shares, "pairs"),
-        grow(ray_counts, device, pairs.total, "pairs");
-    device.run(sensor_kernels, "sensor_factors", pairs.total, sensor, shooters, pairs.owner, pairs.rank,
-               counts, first_element, brightness, node, factor, weight, first, pairs.total, patches);
-    device.run(sensor_kernels, "sensor_segments", count + 1, pairs.offsets, segments, count, patches);
-    segmented_reduce_sum(device, weight.buffer(), segments.buffer(), total.buffer(), count);
-    device.run(sensor_kernels, "sensor_ray_counts", pairs.total, pairs.owner, weight, total,
-               float(options.sensor_rays), ray_counts, pairs.total, patches);
-    const Allocation rays = allocate(device, ray_counts.buffer(), pairs.total, "rays of sensors");
-    grow(origins, device, rays.total, "sensor rays"), grow(ends, device, rays.total, "sensor rays");
-    grow(kernel_of, device, rays.total, "sensor rays"), grow(masks, device, rays.total, "sensor rays");
-    device.run(sensor_kernels, "sensor_rays", rays.total, sensor, corners, pairs.owner, node, rays.owner,
-               rays.rank, origins, ends, kernel_of, first, rays.total, patches, std::uint32_t(options.seed));
-    const Segments segments_of_rays{&origins, nullptr, rays.total, &ends, 0};
-    engine.occluded(segments_of_rays, masks);
-    const RealArray passes =
-        glass && rays.total > 0 ? glass->pass_pairs(segments_of_rays, masks) : RealArray();
-    for (std::uint32_t c = 0; c < colours; ++c)
-      device.run(sensor_kernels, "sensor_visible", pairs.total, rays.offsets, kernel_of, masks,
-                 std::uint32_t(passes.size() > 0), passes.size() > 0 ? passes : factor,
-                 std::uint64_t(c) * rays.total, factor, visible, variance, std::uint64_t(c) * pairs.total,
-                 pairs.total);
-    device.run(sensor_kernels, "sensor_sum", std::uint64_t(count) * solution.bands, colours, pairs.total,
-               pairs.offsets, node, visible, variance, radiosity, irradiance, error, first, count, patches,
-               node_count, solution.bands);
-  }
+      room / per_sensor, 1, std::min<std::uint64_t>(sensors, (1u << 30) / around.patches)));
+  Gather gather(device, solution, around, sensor, engine, options, glass, lamps ? lights : nullptr);
+  for (std::uint32_t first = 0; first < sensors; first += batch)
+    gather.run(first, std::min(batch, sensors - first), irradiance, error);
 
   auto h = irradiance.download();
   const auto e = error.download();

@@ -12,18 +12,20 @@
 namespace clrad {
 
 class Glass;
+struct LampLight;
 
 /// frame_of(scene), made larger where a sensor or a point or spot light stands far outside the scene.
 Frame frame_with_sensors(const Scene& scene, std::span<const Sensor> sensors);
 
-/// H = sum over surfaces of B x form factor x visible fraction at each of options.sensors: by patches, and by elements
-/// where the patch is near (closer than `near_diameters` of its own diameter). Rays (options.sensor_rays) are shared out by each surface's
-/// contribution, and of each arrives what `glass` lets pass (null: there is none). The error is one standard error of the visibility sampling. What `lights` (null: none) bring is added; its visibility is exact.
+/// H = sum over patches of form factor x mean over rays of visibility x radiosity, at each of options.sensors
+/// (kernels/solve/sensor.cl). About options.sensor_rays rays go from a sensor to surfaces, an eighth of them by what each patch may bring and the
+/// others by what varies; of each arrives what `glass` lets pass (null: there is none). With `lamps`, each ray's end asks anew
+/// what they and `lights` bring to it, by up to one more ray, and to one light each; without, the mesh says. The error is one standard error of all these rays; what the mesh says of the rest has its own. What `lights` (null: none) bring to the sensors is added; its visibility is exact.
 /// `solution` needs scene, mesh, frame, vertex and patch irradiance. Sensors lie in no plane of the scene unless they are
 /// within the snapping grid of a polygon that faces their way.
 std::vector<SensorResult> gather_at_sensors(Device& device, const Solution& solution,
                                             std::span<const std::uint32_t> planes, VisibilityEngine& engine,
                                             const SolveOptions& options, const Glass* glass = nullptr,
-                                            Lights* lights = nullptr);
+                                            Lights* lights = nullptr, const LampLight* lamps = nullptr);
 
 }  // namespace clrad
