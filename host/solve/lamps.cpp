@@ -26,7 +26,7 @@ std::vector<std::uint32_t> lamps_of(const Solution& solution) {
 }
 
 LampLight light_of_lamps(SolveState& state, const Solution& solution) {
-  LampLight light{lamps_of(solution), {}};
+  LampLight light{lamps_of(solution), {}, state.interreflection};
   if (light.polygons.empty() && !state.direct) return light;
   const auto stage = state.device.stage("gather at sensors");
   const std::uint64_t count = std::uint64_t(state.bands) * state.vertices;

@@ -14,6 +14,7 @@ struct LampLight {
   /// [band][vertex]: the part of Solution::vertex_irradiance that comes straight from lamps and from point, spot and
   /// directional lights [W/m^2]; empty where there are neither.
   std::vector<double> vertex;
+  bool interreflection = false;  ///< the solve followed light past the first surface
 };
 
 /// Polygons that emit at least `lamp_contrast` times the mean radiosity of all surfaces (bands summed), up to `most_lamps` of them; none

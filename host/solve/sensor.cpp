@@ -1,6 +1,7 @@
 #include "solve/sensor.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
 
@@ -16,8 +17,11 @@ namespace clrad {
 namespace {
 
 constexpr const char* sensor_kernels = "solve/sensor.cl";
-// The share of the rays by which the others are shared out.
+// The share of a sensor's rays by which the others are shared out.
 constexpr double first_share = 0.125;
+// Vertices get as many rays as the sensors altogether, but each no fewer than this, nor more than a share of what a sensor gets.
+constexpr std::uint64_t fewest_vertex_rays = 256, sensor_per_vertex_rays = 4;
+constexpr std::uint64_t most_patches_per_ray = 2;
 // What a patch whose vertices are all dark may have all the same, in shares of the mean irradiance: rays are to find it.
 constexpr double dark_share = 0.02;
 
@@ -70,10 +74,13 @@ Frame reaching(Frame frame, const glm::dvec3& world_m) {
 
 // Patches, what is interpolated on them, and lamps, on the device (kernels/solve/sensor.cl).
 struct Surroundings {
-  std::uint32_t patches, elements, vertices, edge_count, lamp_count;
+  std::uint32_t patches, elements, vertices, edge_count, lamp_count, depth = 0;
   PointArray corners, lamp_corners;
-  RealArray shooters, brightness, radiosity, irradiance, bend, emitted, rho, lamps, lamp_exitance;
+  RealArray shooters, irradiance, bend, rho, lamps, lamp_exitance;
+  /// [0]: of everything, [1]: without what lamps emit.
+  std::array<RealArray, 2> brightness, radiosity, emitted;
   Array<std::uint32_t> quads, reflects, patch_first, code, level, vertex, middle, edge;
+  Edges edges;
   bool any_reflects = false;
 };
 
@@ -104,47 +111,46 @@ void add_lamps(Surroundings& s, Device& device, const Solution& solution, std::s
   s.lamp_exitance = RealArray(device, exitance, "lamps");
 }
 
-// What patches have on average, which shares out rays.
-void add_brightness(Surroundings& s, Device& device, const Solution& solution) {
+// What patches emit, and what they have on average, which shares out rays.
+void add_radiosity(Surroundings& s, Device& device, const Solution& solution, std::span<const std::uint32_t> lamps) {
   const std::vector<double> nodes = node_radiosity(solution);
   const std::size_t count = s.patches + s.elements;
-  std::vector<double> radiosity(std::size_t(solution.bands) * s.patches), brightness(s.patches);
-  for (std::uint32_t b = 0; b < solution.bands; ++b) {
-    double arriving = 0, area = 0;
-    for (std::uint32_t p = 0; p < s.patches; ++p) {
-      const double a = solution.mesh.patches[p].area_m2;
-      arriving += a * solution.patch_irradiance[std::size_t(b) * s.patches + p], area += a;
+  for (std::size_t without = 0; without < 2; ++without) {
+    std::vector<double> radiosity, emitted, brightness(s.patches);
+    for (std::uint32_t b = 0; b < solution.bands; ++b) {
+      double arriving = 0, area = 0;
+      for (std::uint32_t p = 0; p < s.patches; ++p) {
+        const double a = solution.mesh.patches[p].area_m2;
+        arriving += a * solution.patch_irradiance[std::size_t(b) * s.patches + p], area += a;
+      }
+      for (std::uint32_t p = 0; p < s.patches; ++p) {
+        const std::uint32_t polygon = solution.mesh.patches[p].polygon;
+        const double e = solution.material_of(polygon).emitted_exitance[b];
+        const bool left_out = without && std::binary_search(lamps.begin(), lamps.end(), polygon);
+        emitted.push_back(left_out ? 0 : e);
+        radiosity.push_back(nodes[b * count + p] - (left_out ? e : 0));
+        brightness[p] += radiosity.back() + dark_share * solution.patch_reflectance(b, p) * arriving / area;
+      }
     }
-    for (std::uint32_t p = 0; p < s.patches; ++p) {
-      const std::size_t i = std::size_t(b) * s.patches + p;
-      radiosity[i] = nodes[b * count + p];
-      brightness[p] += radiosity[i] + dark_share * solution.patch_reflectance(b, p) * arriving / area;
-    }
+    s.emitted[without] = RealArray(device, emitted, "emitted exitance");
+    s.radiosity[without] = RealArray(device, radiosity, "patch radiosity");
+    s.brightness[without] = RealArray(device, brightness, "patch brightness");
   }
-  s.radiosity = RealArray(device, radiosity, "patch radiosity");
-  s.brightness = RealArray(device, brightness, "patch brightness");
 }
 
-// What the mesh says of irradiance, less what rays' ends ask for themselves.
-void add_irradiance(Surroundings& s, Device& device, const Solution& solution, std::span<const double> direct) {
-  const Mesh& mesh = solution.mesh;
-  std::vector<double> irradiance = solution.vertex_irradiance;
-  for (std::size_t i = 0; i < direct.size(); ++i) irradiance[i] -= direct[i];
-  fill_covered(mesh, solution.vertex_covered, irradiance, solution.bands);
-  const Edges edges = edges_of(mesh);
-  s.edge_count = std::uint32_t(edges.ends.size());
-  s.bend = RealArray(device, edge_bends(mesh, edges, solution.vertex_covered, irradiance, solution.bands),
-                     "bends of irradiance");
+// What stands between vertices: [band][vertex], and what edges have besides, [band][edge]; empty: by the second differences of vertices.
+void interpolate(Surroundings& s, Device& device, const Solution& solution, std::vector<double> irradiance,
+                 std::vector<double> bend = {}) {
+  fill_covered(solution.mesh, solution.vertex_covered, irradiance, solution.bands);
+  if (bend.empty()) bend = edge_bends(solution.mesh, s.edges, solution.vertex_covered, irradiance, solution.bands);
+  s.bend = RealArray(device, bend, "bends of irradiance");
   s.irradiance = RealArray(device, irradiance, "irradiance of vertices");
-  std::vector<std::uint32_t> edge;
-  for (const auto& of : edges.of_element) edge.insert(edge.end(), of.begin(), of.end());
-  s.edge = Array<std::uint32_t>(device, edge, "elements");
 }
 
 void add_elements(Surroundings& s, Device& device, const Solution& solution) {
   const Mesh& mesh = solution.mesh;
-  std::vector<std::uint32_t> quads, reflects, patch_first, code, level, vertex, middle;
-  std::vector<double> emitted, rho;
+  std::vector<std::uint32_t> quads, reflects, patch_first, code, level, vertex, middle, edge;
+  std::vector<double> rho;
   for (const Patch& patch : mesh.patches) {
     quads.push_back(patch.corners == 4);
     patch_first.push_back(patch.first_element);
@@ -158,12 +164,11 @@ void add_elements(Surroundings& s, Device& device, const Solution& solution) {
   for (const Element& e : mesh.elements) {
     code.push_back(e.code);
     level.push_back(e.level);
+    s.depth = std::max(s.depth, e.level);
     vertex.insert(vertex.end(), e.vertex.begin(), e.vertex.end());
     middle.insert(middle.end(), e.middle.begin(), e.middle.end());
   }
   for (std::uint32_t b = 0; b < solution.bands; ++b) {
-    for (const Patch& patch : mesh.patches)
-      emitted.push_back(solution.material_of(patch.polygon).emitted_exitance[b]);
     for (std::size_t e = 0; e < s.elements; ++e)
       rho.push_back(solution.textured.element.empty()
                         ? solution.material_of(mesh.patches[mesh.elements[e].patch].polygon).reflectance[b]
@@ -174,7 +179,10 @@ void add_elements(Surroundings& s, Device& device, const Solution& solution) {
   };
   s.quads = array(quads), s.reflects = array(reflects), s.patch_first = array(patch_first), s.code = array(code);
   s.level = array(level), s.vertex = array(vertex), s.middle = array(middle);
-  s.emitted = RealArray(device, emitted, "emitted exitance");
+  s.edges = edges_of(mesh);
+  s.edge_count = std::uint32_t(s.edges.ends.size());
+  for (const auto& of : s.edges.of_element) edge.insert(edge.end(), of.begin(), of.end());
+  s.edge = array(edge);
   s.rho = RealArray(device, rho, "reflectance of elements");
 }
 
@@ -187,24 +195,36 @@ Surroundings surroundings_of(Device& device, const Solution& solution, std::span
   const PatchNodes nodes = patch_nodes(solution);
   s.corners = PointArray(device, nodes.corners, "patch corners");
   s.shooters = RealArray(device, nodes.shooters, "patches");
-  add_lamps(s, device, solution, lamps ? std::span<const std::uint32_t>(lamps->polygons) : std::span<const std::uint32_t>(),
-            planes);
-  add_brightness(s, device, solution);
-  add_irradiance(s, device, solution, lamps ? std::span<const double>(lamps->vertex) : std::span<const double>());
+  const std::span<const std::uint32_t> polygons =
+      lamps ? std::span<const std::uint32_t>(lamps->polygons) : std::span<const std::uint32_t>();
+  add_lamps(s, device, solution, polygons, planes);
+  add_radiosity(s, device, solution, polygons);
   add_elements(s, device, solution);
+  std::vector<double> irradiance = solution.vertex_irradiance;
+  for (std::size_t i = 0; lamps && i < lamps->vertex.size(); ++i) irradiance[i] -= lamps->vertex[i];
+  interpolate(s, device, solution, std::move(irradiance));
   return s;
 }
+
+// How to gather.
+struct Way {
+  std::uint32_t rays = 0, seed = 0;
+  bool without_lamps = false;  ///< what lamps emit is left out
+  bool asks = false;           ///< lamps and lights are asked at rays' ends
+  bool few = false;            ///< rays for a patch
+  double first_share = 1;      ///< of the rays, shared out by what patches bring; the others by what these find
+};
 
 // The pairs of some sensors with the patches that may light them, and what their rays found so far.
 class Gather {
  public:
   Gather(Device& device, const Solution& solution, const Surroundings& around, const PointArray& sensors,
-         VisibilityEngine& engine, const SolveOptions& options, const Glass* glass, Lights* lights)
+         VisibilityEngine& engine, const Way& way, const Glass* glass, Lights* lights)
       : device_(device),
         around_(around),
         sensors_(sensors),
         engine_(engine),
-        options_(options),
+        way_(way),
         glass_(glass),
         lights_(lights),
         bands_(solution.bands),
@@ -215,15 +235,17 @@ class Gather {
   void run(std::uint32_t first, std::uint32_t count, RealArray& irradiance, RealArray& error) {
     first_ = first;
     find_pairs(count);
-    const auto rays = double(options_.sensor_rays);
-    cast(first_share * rays, 1);
-    device_.run(sensor_kernels, "sensor_spread", pairs_.total, pairs_.owner, factor_, moments_, done_,
-                around_.radiosity, weight_, pairs_.total, around_.patches, bands_, open_);
-    segmented_reduce_sum(device_, weight_.buffer(), segments_.buffer(), total_.buffer(), count);
-    cast((1 - first_share) * rays, 0);
+    const auto rays = double(way_.rays);
+    cast(way_.first_share * rays, 1);
+    if (way_.first_share < 1) {
+      device_.run(sensor_kernels, "sensor_spread", pairs_.total, pairs_.owner, factor_, moments_, done_,
+                  around_.radiosity[way_.without_lamps], weight_, pairs_.total, around_.patches, bands_);
+      segmented_reduce_sum(device_, weight_.buffer(), segments_.buffer(), total_.buffer(), count);
+      cast((1 - way_.first_share) * rays, 0);
+    }
     device_.run(sensor_kernels, "sensor_sum", std::uint64_t(count) * bands_, pairs_.total, pairs_.offsets,
-                pairs_.owner, factor_, moments_, done_, around_.radiosity, irradiance, error, first, count,
-                around_.patches, bands_, open_);
+                pairs_.owner, factor_, moments_, done_, around_.radiosity[way_.without_lamps], irradiance, error, first, count,
+                around_.patches, bands_, open_, std::uint32_t(way_.few));
   }
 
  private:
@@ -231,7 +253,7 @@ class Gather {
   const Surroundings& around_;
   const PointArray& sensors_;
   VisibilityEngine& engine_;
-  const SolveOptions& options_;
+  const Way way_;
   const Glass* const glass_;
   Lights* const lights_;
   const std::uint32_t bands_, colours_, open_;
@@ -250,15 +272,15 @@ class Gather {
     grow(segments_, device_, count + 1, "sensor segments");
     grow(total_, device_, count, "sensor totals");
     device_.run(sensor_kernels, "sensor_pairs", std::uint64_t(count) * patches, sensors_, around_.corners,
-                around_.brightness, counts_, first_, count, patches);
+                around_.brightness[way_.without_lamps], counts_, first_, count, patches);
     pairs_ = allocate(device_, counts_.buffer(), std::uint64_t(count) * patches, "pairs of sensor and patch");
     const std::uint64_t total = pairs_.total;
     grow(factor_, device_, total, "pairs"), grow(weight_, device_, total, "pairs");
     grow(ray_counts_, device_, total, "pairs"), grow(done_, device_, total, "pairs");
-    grow(moments_, device_, (2 + 3 * std::uint64_t(bands_)) * total, "pairs");
+    grow(moments_, device_, (1 + 2 * std::uint64_t(bands_)) * total, "pairs");
     if (total > 0) done_.fill_zero(), moments_.fill_zero();
     device_.run(sensor_kernels, "sensor_factors", total, sensors_, around_.shooters, pairs_.owner,
-                around_.brightness, factor_, weight_, first_, pairs_.total, patches);
+                around_.brightness[way_.without_lamps], factor_, weight_, first_, pairs_.total, patches);
     device_.run(sensor_kernels, "sensor_segments", count + 1, pairs_.offsets, segments_, count, patches);
     segmented_reduce_sum(device_, weight_.buffer(), segments_.buffer(), total_.buffer(), count);
   }
@@ -275,12 +297,12 @@ class Gather {
     grow(found_, device_, std::uint64_t(bands_) * rays.total, "sensor rays");
     device_.run(sensor_kernels, "sensor_rays", rays.total, sensors_, around_.corners, pairs_.owner, done_, rays.owner,
                 rays.rank, origins_, ends_, ray_weight_, place_, first_, rays.total, patches,
-                std::uint32_t(options_.seed));
+                way_.seed);
     const Segments segments{&origins_, nullptr, rays.total, &ends_, 0};
     engine_.occluded(segments, masks_);
     const RealArray passes = glass_ ? glass_->pass_pairs(segments, masks_) : RealArray();
-    const bool use_lamps = around_.any_reflects && around_.lamp_count > 0,
-               use_lights = around_.any_reflects && lights_ && lights_->count() > 0;
+    const bool use_lamps = way_.asks && around_.any_reflects && around_.lamp_count > 0,
+               use_lights = way_.asks && around_.any_reflects && lights_ && lights_->count() > 0;
     if (use_lamps || use_lights) {
       grow(idle_, device_, rays.total, "sensor rays");
       device_.run(sensor_kernels, "sensor_idle", rays.total, pairs_.owner, rays.owner, masks_, around_.reflects,
@@ -292,11 +314,11 @@ class Gather {
     device_.run(sensor_kernels, "sensor_found", rays.total, pairs_.owner, rays.owner, place_, masks_,
                 std::uint32_t(glass_ != nullptr), glass_ ? passes : place_, colours_, around_.quads,
                 around_.reflects, around_.patch_first, around_.code, around_.level, around_.vertex,
-                around_.middle, around_.edge, around_.irradiance, around_.bend, around_.emitted, around_.rho,
+                around_.middle, around_.edge, around_.irradiance, around_.bend, around_.emitted[way_.without_lamps], around_.rho,
                 std::uint32_t(use_lamps), use_lamps ? lamp_ : masks_, use_lamps ? light_ : place_,
                 around_.lamp_exitance, around_.lamp_count, std::uint32_t(use_lights),
                 use_lights ? from_lights : place_, found_, rays.total, patches, around_.elements,
-                around_.vertices, around_.edge_count, bands_);
+                around_.vertices, around_.edge_count, bands_, around_.depth);
     device_.run(sensor_kernels, "sensor_tally", pairs_.total, rays.offsets, ray_weight_, found_, factor_, moments_,
                 done_, pairs_.total, rays.total, bands_);
   }
@@ -308,7 +330,7 @@ class Gather {
     grow(light_, device_, std::uint64_t(colours_) * rays.total, "rays to lamps");
     device_.run(sensor_kernels, "sensor_lamps", rays.total, ends_, pairs_.owner, done_, rays.owner, rays.rank, idle_,
                 around_.lamp_corners, around_.lamps, around_.lamp_count, targets_, asks_, lamp_, light_, colours_,
-                first_, rays.total, around_.patches, std::uint32_t(options_.seed));
+                first_, rays.total, around_.patches, way_.seed);
     const std::uint32_t count = compact(device_, asks_.buffer(), rays.total, asking_.buffer());
     const Segments segments{&ends_, &asking_, count, &targets_, 0};
     if (count > 0) engine_.occluded(segments, lamp_masks_);
@@ -325,6 +347,80 @@ class Gather {
     return irradiance;
   }
 };
+
+// In batches: rays dominate; three points, weights, masks and owners take some 200 bytes each in float, what is found 4 a band, in double
+// twice that.
+void gather_at(Device& device, const Solution& solution, const Surroundings& around, const PointArray& points,
+               VisibilityEngine& engine, const Way& way, const Glass* glass, Lights* lights, RealArray& irradiance,
+               RealArray& error) {
+  const auto count = std::uint32_t(points.size());
+  const std::uint64_t room =
+      (device.ledger()->limit - std::min(device.ledger()->limit, device.ledger()->held)) / 4;
+  const std::uint64_t per_point = (std::uint64_t(way.rays) + 4 * std::uint64_t(around.patches)) *
+                                  (400 + 16 * std::uint64_t(solution.bands));
+  const auto batch = std::uint32_t(std::clamp<std::uint64_t>(
+      room / per_point, 1, std::min<std::uint64_t>(count, (1u << 30) / around.patches)));
+  Gather gather(device, solution, around, points, engine, way, glass, lights);
+  for (std::uint32_t first = 0; first < count; first += batch)
+    gather.run(first, std::min(batch, count - first), irradiance, error);
+}
+
+// Vertices that nothing covers, and behind them the middles of the edges between them.
+struct Places {
+  std::vector<Point> points;
+  std::vector<std::uint32_t> vertices, edges;
+};
+
+Places places_of(const Solution& solution, const Edges& edges) {
+  const std::vector<Point>& receivers = solution.mesh.receivers;
+  Places places;
+  for (std::uint32_t v = 0; v < receivers.size(); ++v)
+    if (!solution.vertex_covered[v]) places.points.push_back(receivers[v]), places.vertices.push_back(v);
+  for (std::uint32_t e = 0; e < edges.ends.size(); ++e) {
+    const auto& [a, b] = edges.ends[e];
+    if (solution.vertex_covered[a] || solution.vertex_covered[b]) continue;
+    places.points.push_back(receivers[a]);
+    places.points.back().position = 0.5 * (receivers[a].position + receivers[b].position);
+    places.edges.push_back(e);
+  }
+  return places;
+}
+
+// The same rays, fewer of them, from the vertices and from the middles of edges: what comes to a sensor by one surface is then off by what
+// the mesh says of light after two more, and no longer by what the averages of patches hide of the first; and next to the edges of
+// walls, where this falls steeply, it is interpolated by parabolas. Where patches are so many that each would hardly get a ray the mesh
+// shows that itself.
+void gather_at_vertices(Device& device, const Solution& solution, Surroundings& around, VisibilityEngine& engine,
+                        Way way, std::uint64_t sensors, const Glass* glass, Lights* lights) {
+  way.seed = ~way.seed;
+  way.without_lamps = true;
+  way.few = true;
+  way.first_share = 1;  // too few to tell what varies
+  const Places places = places_of(solution, around.edges);
+  if (places.points.empty()) return;
+  const std::uint64_t share = std::min(sensors * way.rays / places.points.size(), way.rays / sensor_per_vertex_rays);
+  way.rays = std::uint32_t(std::max(fewest_vertex_rays, share));
+  if (around.patches > most_patches_per_ray * way.rays) return;
+  const PointArray at(device, places.points, "vertices");
+  RealArray irradiance(device, places.points.size() * solution.bands, "irradiance of vertices"),
+      error(device, places.points.size() * solution.bands, "irradiance of vertices");
+  gather_at(device, solution, around, at, engine, way, glass, lights, irradiance, error);
+  const std::vector<double> found = irradiance.download();
+  std::vector<double> by_vertex(std::size_t(solution.bands) * around.vertices),
+      bend(std::size_t(solution.bands) * around.edge_count);
+  for (std::uint32_t b = 0; b < solution.bands; ++b) {
+    double* const value = by_vertex.data() + std::size_t(b) * around.vertices;
+    for (std::size_t i = 0; i < places.vertices.size(); ++i)
+      value[places.vertices[i]] = found[i * solution.bands + b];
+    for (std::size_t i = 0; i < places.edges.size(); ++i) {
+      const auto& ends = around.edges.ends[places.edges[i]];
+      const double middle = found[(places.vertices.size() + i) * solution.bands + b];
+      // Along the edge (1 - t) a + t b + bend t (1 - t).
+      bend[std::size_t(b) * around.edge_count + places.edges[i]] = 4 * middle - 2 * (value[ends[0]] + value[ends[1]]);
+    }
+  }
+  interpolate(around, device, solution, std::move(by_vertex), std::move(bend));
+}
 
 }  // namespace
 
@@ -349,20 +445,14 @@ std::vector<SensorResult> gather_at_sensors(Device& device, const Solution& solu
   }
   const PointArray sensor(device, points, "sensors");
   const auto sensors = std::uint32_t(points.size());
-  const Surroundings around = surroundings_of(device, solution, planes, lamps);
+  Surroundings around = surroundings_of(device, solution, planes, lamps);
+  const auto seed = std::uint32_t(options.seed);
+  const Way way{options.sensor_rays, seed, false, lamps != nullptr, false, first_share};
+  if (lamps && lamps->interreflection && around.any_reflects)
+    gather_at_vertices(device, solution, around, engine, way, sensors, glass, lights);
   RealArray irradiance(device, std::uint64_t(sensors) * solution.bands, "sensor irradiance");
   RealArray error(device, std::uint64_t(sensors) * solution.bands, "sensor errors");
-
-  // Rays dominate: three points, weights, masks and owners take some 200 bytes each in float, what is found 4 a band, in double twice that.
-  const std::uint64_t room =
-      (device.ledger()->limit - std::min(device.ledger()->limit, device.ledger()->held)) / 4;
-  const std::uint64_t per_sensor = (std::uint64_t(options.sensor_rays) + 4 * std::uint64_t(around.patches)) *
-                                   (400 + 16 * std::uint64_t(solution.bands));
-  const auto batch = std::uint32_t(std::clamp<std::uint64_t>(
-      room / per_sensor, 1, std::min<std::uint64_t>(sensors, (1u << 30) / around.patches)));
-  Gather gather(device, solution, around, sensor, engine, options, glass, lamps ? lights : nullptr);
-  for (std::uint32_t first = 0; first < sensors; first += batch)
-    gather.run(first, std::min(batch, sensors - first), irradiance, error);
+  gather_at(device, solution, around, sensor, engine, way, glass, lights, irradiance, error);
 
   auto h = irradiance.download();
   const auto e = error.download();

@@ -51,15 +51,16 @@ static inline clrad_along_edge clrad_along(REAL a, REAL b) {
 
 static inline REAL clrad_clamped(REAL x, REAL high) { return x > 0 ? (x < high ? x : high) : 0; /* NaN: 0 */ }
 
-/* The element of a patch at at[] (as for clrad_descend; 0 to 1). vertices and weights, CLRAD_LEAF_VERTICES of each; unused ones
+/* The element of a patch at at[] (as for clrad_descend; 0 to 1); depth: no level is deeper. vertices and weights, CLRAD_LEAF_VERTICES of each; unused ones
  * have weight 0. bends: weights of the bends of edges, CLRAD_LEAF_EDGES of them. Returns the element. */
-static uint clrad_leaf_in_patch(REAL* at, uint patch, uint corners, __global const uint* patch_first,
+static uint clrad_leaf_in_patch(REAL* at, uint depth, uint patch, uint corners, __global const uint* patch_first,
                                 __global const uint* codes, __global const uint* levels, __global const uint* vertex,
                                 __global const uint* middle, uint* vertices, REAL* weights, REAL* bends) {
   const int quad = corners == 4;
   REAL deepest[3] = {at[0], at[1], at[2]};
   uint code = 0;
-  for (uint level = 0; level < CLRAD_DEPTH; level++) code = code << 2 | clrad_descend(deepest, quad);
+  for (uint level = 0; level < depth; level++) code = code << 2 | clrad_descend(deepest, quad);
+  code <<= 2 * (CLRAD_DEPTH - depth);
   /* The last leaf whose code is not past the point's: the patch's first has code 0. */
   uint begin = patch_first[patch], end = patch_first[patch + 1];
   while (end - begin > 1) {
@@ -140,7 +141,7 @@ static uint clrad_leaf(REAL u, REAL v, __global const uint* polygon, __global co
       at[2] = 1 - y;
     }
   }
-  return clrad_leaf_in_patch(at, patch, corners, patch_first, codes, levels, vertex, middle, vertices, weights, bends);
+  return clrad_leaf_in_patch(at, CLRAD_DEPTH, patch, corners, patch_first, codes, levels, vertex, middle, vertices, weights, bends);
 }
 
 #endif

@@ -12,7 +12,7 @@
  * found differs (Neyman 1934). A lamp in full view takes few, its penumbra many.
  *
  * A pair is (sensor, patch), in the order of allocation. corners[4 patch + k] (a triangle repeats its last corner). Arrays of moments are
- * [moment][pair]: sums over the pair's rays of w, w^2, then for each band w x, w^2 x, (w x)^2, with x = V B and w the ray's weight. */
+ * [moment][pair]: sums over the pair's rays of w, then for each band of w x and of what tells its error; x = V B, w the ray's weight. */
 #include "shared/factor.cl"
 #include "shared/leaf.cl"
 #include "shared/sum.cl"
@@ -94,89 +94,91 @@ typedef struct aim {
   REAL weight;     /* kernel x area / density of such points, without `above` */
 } aim;
 
-/* How much of the kernel a part of the quadrilateral may have: z[] heights of its corners, d2 its diagonal's square. */
-static REAL part_weight(const clrad_vector* c, const REAL* z, clrad_vector n, REAL* d2) {
-  const clrad_vector a = clrad_minus(c[2], c[0]), b = clrad_minus(c[3], c[1]);
-  const clrad_vector middle = clrad_scaled(clrad_plus(clrad_plus(c[0], c[1]), clrad_plus(c[2], c[3])), CLRAD_R(0.25));
-  const REAL a2 = clrad_dot(a, a), b2 = clrad_dot(b, b);
-  *d2 = a2 > b2 ? a2 : b2;
-  REAL above = 0;
-  for (int k = 0; k < 4; k++) above += z[k] > 0 ? z[k] : 0;
-  const REAL q = clrad_dot(middle, middle) + *d2 / 16;
-  return q > 0 ? (above / q) * (clrad_dot(n, clrad_cross(a, b)) / q) : 0;
+#ifdef CLRAD_FP64
+typedef double4 clrad_four;
+#else
+typedef float4 clrad_four;
+#endif
+
+/* Of a bilinear function by its values at the corners: at the middles of the four quarters; quarter k is at corner k. */
+static inline clrad_four at_quarters(REAL c0, REAL c1, REAL c2, REAL c3) {
+  const clrad_four c = (clrad_four)(c0, c1, c2, c3);
+  return (9 * c + 3 * (c.yzwx + c.wxyz) + c.zwxy) / 16;
 }
 
-#define NEAR CLRAD_R(0.5)  /* parts whose diagonal's square is less than this x their distance's are not divided */
+/* The values at the corners of quarter q of a bilinear function with those of the whole. */
+static inline clrad_four quarter_of(clrad_four c, int q) {
+  const clrad_four edge = (c + c.yzwx) / 2; /* k: between corners k and k + 1 */
+  const REAL middle = (edge.x + edge.z) / 2;
+  if (q == 0) return (clrad_four)(c.x, edge.x, middle, edge.w);
+  if (q == 1) return (clrad_four)(edge.x, c.y, edge.y, middle);
+  if (q == 2) return (clrad_four)(middle, edge.y, c.z, edge.z);
+  return (clrad_four)(edge.w, middle, edge.z, c.w);
+}
+
+static inline REAL bilinear_at(clrad_four c, REAL u, REAL v) {
+  return (1 - v) * ((1 - u) * c.x + u * c.y) + v * ((1 - u) * c.w + u * c.z);
+}
+
+#define NEAR CLRAD_R(0.25)  /* parts whose diagonal's square is less than this x their distance's are not divided */
 #define MOST_LEVELS 12
 
 /* A point for (u, v) in the unit square, denser where the kernel is higher: down a quadtree of parts, each of which gets as
- * much of the square as its weight says (Clarberg et al. 2005). r: corners from the receiver; up: the receiver's normal, n: the
+ * much of the square as it may have of the kernel (Clarberg et al. 2005). r: corners from the receiver; up: the receiver's normal, n: the
  * quadrilateral's. */
 static aim aimed(const clrad_vector* r, clrad_vector up, clrad_vector n, REAL u, REAL v) {
-  clrad_vector c[4];
-  REAL z[4], d2, u0 = 0, v0 = 0, width = 1, chance = 1;
-  for (int k = 0; k < 4; k++) {
-    c[k] = r[k];
-    z[k] = clrad_dot(up, r[k]);
-  }
-  part_weight(c, z, n, &d2);
+  clrad_four x = (clrad_four)(r[0].x, r[1].x, r[2].x, r[3].x), y = (clrad_four)(r[0].y, r[1].y, r[2].y, r[3].y),
+             z = (clrad_four)(r[0].z, r[1].z, r[2].z, r[3].z);
+  clrad_four height = up.x * x + up.y * y + up.z * z;
+  const clrad_vector e01 = clrad_minus(r[1], r[0]), e32 = clrad_minus(r[2], r[3]);
+  const clrad_vector e03 = clrad_minus(r[3], r[0]), e12 = clrad_minus(r[2], r[1]);
+  /* Area per parameter area; bilinear, too. */
+  clrad_four area = (clrad_four)(clrad_dot(n, clrad_cross(e01, e03)), clrad_dot(n, clrad_cross(e01, e12)),
+                                 clrad_dot(n, clrad_cross(e32, e12)), clrad_dot(n, clrad_cross(e32, e03)));
+  const clrad_vector a = clrad_minus(r[2], r[0]), b = clrad_minus(r[3], r[1]);
+  const REAL a2 = clrad_dot(a, a), b2 = clrad_dot(b, b);
+  REAL d2 = a2 > b2 ? a2 : b2, u0 = 0, v0 = 0, width = 1, chance = 1;
   for (int level = 0; level < MOST_LEVELS; level++) {
-    const clrad_vector middle = clrad_scaled(clrad_plus(clrad_plus(c[0], c[1]), clrad_plus(c[2], c[3])), CLRAD_R(0.25));
-    if (d2 <= NEAR * clrad_dot(middle, middle)) break;
-    const REAL z_middle = (z[0] + z[1] + z[2] + z[3]) * CLRAD_R(0.25);
-    clrad_vector part[4][4];
-    REAL part_z[4][4], weight[4], size[4];
-    for (int q = 0; q < 4; q++) {
-      const int next = (q + 1) & 3, previous = (q + 3) & 3;
-      part[q][q] = c[q];
-      part[q][next] = clrad_midpoint(c, q, next);
-      part[q][previous] = clrad_midpoint(c, q, previous);
-      part[q][q ^ 2] = middle;
-      part_z[q][q] = z[q];
-      part_z[q][next] = clrad_mean(z, q, next);
-      part_z[q][previous] = clrad_mean(z, q, previous);
-      part_z[q][q ^ 2] = z_middle;
-      weight[q] = part_weight(part[q], part_z[q], n, &size[q]);
-      if (!(weight[q] > 0)) weight[q] = 0;
-    }
-    const REAL left = weight[0] + weight[3], all = left + weight[1] + weight[2];
+    const REAL mx = (x.x + x.y + x.z + x.w) / 4, my = (y.x + y.y + y.z + y.w) / 4, mz = (z.x + z.y + z.z + z.w) / 4;
+    if (d2 <= NEAR * (mx * mx + my * my + mz * mz)) break;
+    d2 /= 4;
+    const clrad_four qx = at_quarters(x.x, x.y, x.z, x.w), qy = at_quarters(y.x, y.y, y.z, y.w),
+                     qz = at_quarters(z.x, z.y, z.z, z.w);
+    const clrad_four over = fmax(height, (REAL)0), edge = fmax((height + height.yzwx) / 2, (REAL)0);
+    const REAL middle = fmax((height.x + height.y + height.z + height.w) / 4, (REAL)0);
+    const clrad_four q = qx * qx + qy * qy + qz * qz + d2 / 16;
+    const clrad_four weight = ((over + edge + edge.wxyz + middle) / q) *
+                              (fmax(at_quarters(area.x, area.y, area.z, area.w), (REAL)0) / q);
+    const REAL left = weight.x + weight.w, all = left + weight.y + weight.z;
     if (!(all > 0)) break;
     const int right = u * all >= left;
-    const REAL column = right ? all - left : left;
-    u = right ? (u * all - left) / column : u * all / column;
-    const REAL low = right ? weight[1] : weight[0], both = low + (right ? weight[2] : weight[3]);
+    const REAL column = right ? all - left : left, low = right ? weight.y : weight.x;
+    const REAL both = low + (right ? weight.z : weight.w);
     if (!(both > 0)) break;
     const int top = v * both >= low;
     const REAL row = top ? both - low : low;
-    v = top ? (v * both - low) / row : v * both / row;
-    const int chosen = top ? (right ? 2 : 3) : (right ? 1 : 0);
-    u = u < 1 ? u : (REAL)1;
-    v = v < 1 ? v : (REAL)1;
-    chance *= (column / all) * (row / both);
-    width *= CLRAD_R(0.5);
+    u = fmin((right ? u * all - left : u * all) / column, (REAL)1);
+    v = fmin((top ? v * both - low : v * both) / row, (REAL)1);
+    chance *= 4 * (column / all) * (row / both);
+    width /= 2;
     u0 += right ? width : 0;
     v0 += top ? width : 0;
-    for (int k = 0; k < 4; k++) {
-      c[k] = part[chosen][k];
-      z[k] = part_z[chosen][k];
-    }
-    d2 = size[chosen];
+    const int chosen = top ? (right ? 2 : 3) : (right ? 1 : 0);
+    x = quarter_of(x, chosen);
+    y = quarter_of(y, chosen);
+    z = quarter_of(z, chosen);
+    height = quarter_of(height, chosen);
+    area = quarter_of(area, chosen);
   }
-  const clrad_vector e01 = clrad_minus(c[1], c[0]), e32 = clrad_minus(c[2], c[3]);
-  const clrad_vector e03 = clrad_minus(c[3], c[0]), e12 = clrad_minus(c[2], c[1]);
-  const clrad_vector du = clrad_plus(clrad_scaled(e01, 1 - v), clrad_scaled(e32, v));
-  const clrad_vector dv = clrad_plus(clrad_scaled(e03, 1 - u), clrad_scaled(e12, u));
   aim p;
-  p.x = clrad_plus(clrad_plus(c[0], clrad_scaled(e01, u)), clrad_scaled(dv, v));
+  p.x = clrad_make(bilinear_at(x, u, v), bilinear_at(y, u, v), bilinear_at(z, u, v));
   p.u = u0 + width * u;
   p.v = v0 + width * v;
   const REAL r2 = clrad_dot(p.x, p.x), distance = sqrt(r2);
-  const REAL height = (1 - v) * ((1 - u) * z[0] + u * z[1]) + v * ((1 - u) * z[3] + u * z[2]);
   const REAL facing = -clrad_dot(n, r[0]); /* the same all over the plane */
-  p.above = distance > 0 ? height / distance : 0;
+  p.above = distance > 0 ? bilinear_at(height, u, v) / distance : 0;
   /* In this order nothing overflows or underflows at 1e-12 of the frame, where r2 r2 would. */
-  p.weight = distance > 0 && facing > 0
-                 ? (facing / distance) * (clrad_dot(n, clrad_cross(du, dv)) / r2) / chance : 0;
+  p.weight = distance > 0 && facing > 0 ? (facing / distance) * (bilinear_at(area, u, v) / r2) / chance : 0;
   return p;
 }
 
@@ -299,7 +301,7 @@ __kernel void sensor_lamps_seen(__global const uint* asking, __global const uint
 }
 
 /* found[band][ray] = V B. Tables of the quadtree as in shared/leaf.cl; irradiance[band][vertex] and bend[band][edge] without what
- * lamps bring; emitted[band][patch], rho[band][element], lamp_exitance[band][lamp]; from_lights[band][ray]. */
+ * lamps bring; depth: the deepest level; emitted[band][patch], rho[band][element], lamp_exitance[band][lamp]; from_lights[band][ray]. */
 __kernel void sensor_found(__global const uint* pair_owner, __global const uint* ray_owner, __global const REAL* place,
                            __global const uint* masks, uint glass, __global const REAL* passes, uint colours,
                            __global const uint* quads, __global const uint* reflects, __global const uint* patch_first,
@@ -309,7 +311,7 @@ __kernel void sensor_found(__global const uint* pair_owner, __global const uint*
                            uint use_lamps, __global const uint* lamp, __global const REAL* light,
                            __global const REAL* lamp_exitance, uint lamp_count, uint use_lights,
                            __global const REAL* from_lights, __global REAL* found, uint rays, uint patches, uint elements,
-                           uint vertices, uint edges, uint bands) {
+                           uint vertices, uint edges, uint bands, uint depth) {
   const uint i = get_global_id(0);
   if (i >= rays) return;
   const uint patch = pair_owner[ray_owner[i]] % patches, blocked = masks[i] & 1, lit = reflects[patch] && !blocked;
@@ -323,7 +325,7 @@ __kernel void sensor_found(__global const uint* pair_owner, __global const uint*
       at[1] = (1 - v) * u;
       at[2] = v;
     }
-    element = clrad_leaf_in_patch(at, patch, quads[patch] ? 4 : 3, patch_first, code, level, vertex, middle, vertices_of,
+    element = clrad_leaf_in_patch(at, depth, patch, quads[patch] ? 4 : 3, patch_first, code, level, vertex, middle, vertices_of,
                                   weights, bends);
   }
   for (uint b = 0; b < bands; b++) {
@@ -344,7 +346,21 @@ __kernel void sensor_found(__global const uint* pair_owner, __global const uint*
   }
 }
 
-/* Adds each pair's rays to its moments, and to done[]. Weights are taken relative to the factor, which keeps squares in range. */
+/* Two points of the R2 sequence so many numbers apart are close neighbours (its turns are powers of the plastic ratio, so Padovan's
+ * numbers); the largest up to half of n. */
+static uint neighbour(uint n) {
+  uint a = 1, b = 1, c = 1;
+  while (2 * (a + b) <= n) {
+    const uint next = a + b;
+    a = b;
+    b = c;
+    c = next;
+  }
+  return c;
+}
+
+/* Adds each pair's rays to its moments, and to done[]. Weights are taken relative to the factor, which keeps them in range. What rays evenly
+ * spread leave open is how x differs between neighbours: half of the squared difference of w (x - mean) each. */
 __kernel void sensor_tally(__global const uint* ray_offsets, __global const REAL* weight, __global const REAL* found,
                            __global const REAL* factor, __global REAL* moments, __global uint* done, uint pairs, uint rays,
                            uint bands) {
@@ -352,74 +368,73 @@ __kernel void sensor_tally(__global const uint* ray_offsets, __global const REAL
   if (i >= pairs) return;
   const uint begin = ray_offsets[i], end = ray_offsets[i + 1];
   if (begin == end) return;
+  const uint n = end - begin, apart = neighbour(n);
   const REAL per = 1 / factor[i];
-  REAL all = moments[i], lost = 0, squares = moments[pairs + i];
-  for (uint k = begin; k < end; k++) {
-    const REAL w = weight[k] * per;
-    clrad_add(&all, &lost, w);
-    squares += w * w;
-  }
-  moments[i] = all;
-  moments[pairs + i] = squares;
-  done[i] += end - begin;
+  REAL all = 0, lost = 0;
+  for (uint k = begin; k < end; k++) clrad_add(&all, &lost, weight[k] * per);
+  moments[i] += all;
+  done[i] += n;
   for (uint b = 0; b < bands; b++) {
-    __global REAL* m = moments + (ulong)(2 + 3 * b) * pairs + i;
-    __global const REAL* of_band = found + (ulong)b * rays;
-    REAL sum = m[0], mixed_sum = m[pairs], square_sum = m[2 * (ulong)pairs];
+    __global REAL* m = moments + (ulong)(1 + 2 * b) * pairs + i;
+    __global const REAL* x = found + (ulong)b * rays;
+    REAL sum = 0, spread = 0;
     lost = 0;
-    for (uint k = begin; k < end; k++) {
-      const REAL w = weight[k] * per, wx = w * of_band[k];
-      clrad_add(&sum, &lost, wx);
-      mixed_sum += w * wx;
-      square_sum += wx * wx;
+    for (uint k = begin; k < end; k++) clrad_add(&sum, &lost, weight[k] * per * x[k]);
+    const REAL mean = all > 0 ? sum / all : 0;
+    for (uint k = begin; k + apart < end; k++) {
+      const REAL d = per * (weight[k] * (x[k] - mean) - weight[k + apart] * (x[k + apart] - mean));
+      spread += d * d / 2;
     }
-    m[0] = sum;
-    m[pairs] = mixed_sum;
-    m[2 * (ulong)pairs] = square_sum;
+    m[0] += sum;
+    if (n > apart) m[pairs] += spread * n / (n - apart);
   }
 }
 
-/* Of one pair and band: *mean = mean of x by weight; returns the variance of that mean. Of n rays that agree about what is in
- * the way some share up to 1 / (n + 2) may still be otherwise (Laplace's rule of succession), which counts as far as the factor is large; `bright` is B
- * by the patch's own average, where the rays say too little. open: nothing can be in the way. */
-static REAL moments_of(__global const REAL* moments, uint pairs, uint pair, uint band, uint n, REAL bright, uint open, REAL* mean) {
-  const REAL all = moments[pair], squares = moments[pairs + pair];
-  __global const REAL* m = moments + (ulong)(2 + 3 * band) * pairs + pair;
-  const REAL x = all > 0 ? m[0] / all : 0;
-  *mean = x;
-  if (!(all > 0)) return bright * bright;
-  REAL spread = (m[2 * (ulong)pairs] - 2 * x * m[pairs]) + x * x * squares;
-  spread = n > 1 && spread > 0 ? spread / (all * all) * n / (n - 1) : 0;
-  const REAL size = x > bright ? x : bright, unseen = open && n > 1 ? 0 : size / (n + 2);
-  return spread + unseen * unseen;
+/* Of one pair and band: *mean = mean of x by weight; returns the variance of that mean. */
+static REAL moments_of(__global const REAL* moments, uint pairs, uint pair, uint band, REAL* mean) {
+  const REAL all = moments[pair];
+  __global const REAL* m = moments + (ulong)(1 + 2 * band) * pairs + pair;
+  *mean = all > 0 ? m[0] / all : 0;
+  return all > 0 ? m[pairs] / (all * all) : 0;
 }
 
-/* What shares out the other rays: the factor x the deviation of a single ray. */
+/* What shares out the other rays: the factor x the deviation of a single ray. It is taken as half of the patch's average until enough rays
+ * say otherwise, and never from the mean that they found: who gets few rays because the first were dark stays too dark. */
+#define PRIOR_RAYS 4
 __kernel void sensor_spread(__global const uint* owner, __global const REAL* factor, __global const REAL* moments,
                             __global const uint* done, __global const REAL* radiosity, __global float* weight,
-                            uint pairs, uint patches, uint bands, uint open) {
+                            uint pairs, uint patches, uint bands) {
   const uint i = get_global_id(0);
   if (i >= pairs) return;
+  const uint n = done[i];
   REAL sum = 0, mean;
-  for (uint b = 0; b < bands && done[i] > 0; b++)
-    sum += moments_of(moments, pairs, i, b, done[i], radiosity[(ulong)b * patches + owner[i] % patches], open, &mean);
-  weight[i] = (float)(factor[i] * sqrt(sum * done[i]));
+  for (uint b = 0; b < bands && n > 0; b++) {
+    const REAL bright = radiosity[(ulong)b * patches + owner[i] % patches];
+    sum += (n * (n * moments_of(moments, pairs, i, b, &mean)) + (bright * bright) * (PRIOR_RAYS / CLRAD_R(4.0))) /
+           (n + PRIOR_RAYS);
+  }
+  weight[i] = (float)(factor[i] * sqrt(sum));
 }
 
-/* H and its standard error: one work-item a (sensor, band), over the sensor's pairs in order. */
+#define UNSEEN 2
+/* H and its standard error: one work-item a (sensor, band), over the sensor's pairs in order. Of n rays that agree about what is in the way
+ * some share up to 1 / (n + 2) may still be otherwise (Laplace's rule of succession); open: nothing can be in the way. few: rays are so
+ * few that the ratio of sums would be off; the mean of weights is known, and what the average of the patch says is corrected by what rays say. */
 __kernel void sensor_sum(uint pairs, __global const uint* pair_offsets, __global const uint* owner,
                          __global const REAL* factor, __global const REAL* moments, __global const uint* done,
                          __global const REAL* radiosity, __global REAL* irradiance, __global REAL* error, uint first,
-                         uint count, uint patches, uint bands, uint open) {
+                         uint count, uint patches, uint bands, uint open, uint few) {
   const uint i = get_global_id(0);
   if (i >= count * bands) return;
   const uint sensor = i / bands, band = i % bands;
   REAL sum = 0, lost = 0, squares = 0, mean;
   for (uint k = pair_offsets[sensor * patches]; k < pair_offsets[(sensor + 1) * patches]; k++) {
     if (done[k] == 0) continue;
-    const REAL f = factor[k];
-    const REAL variance = moments_of(moments, pairs, k, band, done[k], radiosity[(ulong)band * patches + owner[k] % patches],
-                                     open, &mean);
+    const REAL f = factor[k], bright = radiosity[(ulong)band * patches + owner[k] % patches];
+    REAL variance = moments_of(moments, pairs, k, band, &mean);
+    const REAL size = mean > bright ? mean : bright, unseen = open && done[k] > 1 ? 0 : size / (UNSEEN * (done[k] + 2));
+    variance += unseen * unseen;
+    if (few) mean = bright + (moments[(ulong)(1 + 2 * band) * pairs + k] - bright * moments[k]) / (CLRAD_PI * done[k]);
     clrad_add(&sum, &lost, f * mean);
     squares += f * f * variance;
   }
