@@ -48,8 +48,8 @@ LampLight light_of_lamps(SolveState& state, const Solution& solution) {
     const std::uint32_t patch = state.patch_of_slot[slot];
     const RealArray* column = state.vertex_columns[slot].get();
     if (!column) column = &trace_some(state, patch, 0, nullptr);
-    state.device.run("solve/deliver.cl", "deliver_to_vertices", state.vertices, *column, state.colours, exitance,
-                     state.patches, patch, direct, lost, 0u, state.vertices, state.bands);
+    state.device.run("solve/deliver.cl", "deliver_to_vertices", state.vertices, *column, state.colours,
+                     exitance, state.patches, patch, direct, lost, 0u, state.vertices, state.bands);
   }
   if (state.balanced && state.closes_vertices)
     state.device.run("solve/balance.cl", "close_vertices", state.vertices, direct, state.vertex_row_sum,

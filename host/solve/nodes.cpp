@@ -8,7 +8,8 @@
 namespace clrad {
 namespace {
 
-void add_patch(PatchNodes& nodes, const Patch& patch, const glm::dvec3& normal, double area, std::uint32_t plane) {
+void add_patch(PatchNodes& nodes, const Patch& patch, const glm::dvec3& normal, double area,
+               std::uint32_t plane) {
   Shooter shooter;
   shooter.corners = patch.corners;
   for (std::uint32_t k = 0; k < 4; ++k) {
