@@ -2,7 +2,7 @@
 // means.
 #include <algorithm>
 
-#include "clrad/solution.hpp"
+#include "output/display.hpp"
 
 namespace clrad {
 namespace {
@@ -35,23 +35,6 @@ std::vector<Fill> next_ring(const Mesh& mesh, std::vector<std::uint8_t>& covered
   return ring;
 }
 
-// Covered vertices take the mean of their neighbours that are not, rings inwards, so that an element all of whose corners are
-// covered, each by another block, is not black.
-void fill_covered(const Solution& solution, std::vector<double>& values) {
-  const std::uint32_t vertices = solution.vertex_count();
-  std::vector<std::uint8_t> covered = solution.vertex_covered;
-  if (std::none_of(covered.begin(), covered.end(), [](std::uint8_t c) { return c != 0; })) return;
-  for (auto ring = next_ring(solution.mesh, covered); !ring.empty(); ring = next_ring(solution.mesh, covered))
-    for (std::uint32_t band = 0; band < solution.bands; ++band) {
-      double* const b = values.data() + std::size_t(band) * vertices;
-      for (const Fill& fill : ring) {
-        double sum = 0;
-        for (const std::uint32_t v : fill.from) sum += b[v];
-        b[fill.vertex] = sum / double(fill.from.size());
-      }
-    }
-}
-
 // Radiosity, or where `light_on_textures` and there is a texture, irradiance.
 std::vector<double> displayed_values(const Solution& solution, bool ambient, bool light_on_textures) {
   const std::uint32_t vertices = solution.vertex_count();
@@ -68,11 +51,27 @@ std::vector<double> displayed_values(const Solution& solution, bool ambient, boo
       b = solution.vertex_radiosity(band, v, polygon);
       if (more != 0) b += solution.vertex_reflectance(band, v, polygon) * more;
     }
-  fill_covered(solution, radiosity);
+  fill_covered(solution.mesh, solution.vertex_covered, radiosity, solution.bands);
   return radiosity;
 }
 
 }  // namespace
+
+void fill_covered(const Mesh& mesh, std::vector<std::uint8_t> covered, std::vector<double>& values,
+                  std::uint32_t bands) {
+  if (std::none_of(covered.begin(), covered.end(), [](std::uint8_t c) { return c != 0; })) return;
+  const std::size_t vertices = mesh.vertex_count();
+  // Rings inwards, so that an element all of whose corners are covered, each by another block, is not black.
+  for (auto ring = next_ring(mesh, covered); !ring.empty(); ring = next_ring(mesh, covered))
+    for (std::uint32_t band = 0; band < bands; ++band) {
+      double* const b = values.data() + band * vertices;
+      for (const Fill& fill : ring) {
+        double sum = 0;
+        for (const std::uint32_t v : fill.from) sum += b[v];
+        b[fill.vertex] = sum / double(fill.from.size());
+      }
+    }
+}
 
 std::vector<double> display_radiosity(const Solution& solution, bool ambient) {
   return displayed_values(solution, ambient, false);
@@ -84,7 +83,7 @@ std::vector<double> display_light(const Solution& solution, bool ambient) {
 
 std::vector<double> display_irradiance(const Solution& solution) {
   std::vector<double> irradiance = solution.vertex_irradiance;
-  fill_covered(solution, irradiance);
+  fill_covered(solution.mesh, solution.vertex_covered, irradiance, solution.bands);
   return irradiance;
 }
 

@@ -16,7 +16,6 @@ namespace {
 // Points and rays: enough for an RMS that is good to a third where errors are spread evenly, at a tenth of a solve's work.
 constexpr std::uint32_t fewest_points = 128, most_points = 1024, rays_of_check = 64;
 constexpr double share_of_work = 1.0 / 24, most_pairs = 1e7;
-constexpr double near_of_check = 1.0;  // diameters
 
 // Values at points, [point][band], and the share of the surfaces that each point stands for.
 struct Values {
@@ -71,27 +70,6 @@ Twice minus(const Twice& a, const Twice& b) {
   return {minus(a.first, b.first), minus(a.second, b.second)};
 }
 
-// As nodes gather it: what has been shot, with each patch's elements as they vary. What is unshot is counted as convergence.
-Nodes shot_nodes(const SolveState& state, const Solution& solution) {
-  Nodes nodes = make_nodes(solution);
-  const std::vector<double> shot = state.total_shot.download();
-  const std::size_t count = nodes.brightness.size();
-  nodes.brightness.assign(count, 0);
-  for (std::uint32_t b = 0; b < solution.bands; ++b) {
-    double* const radiosity = nodes.radiosity.data() + b * count;
-    for (std::uint32_t p = 0; p < state.patches; ++p) {
-      const double sent = shot[std::size_t(b) * state.patches + p], unshot = radiosity[p] - sent;
-      radiosity[p] = sent;
-      for (std::uint32_t e = nodes.first_element[p]; e < nodes.first_element[p + 1]; ++e) {
-        double& of_element = radiosity[state.patches + e];
-        of_element = state.interreflection && sent > 0 ? std::max(0.0, of_element - unshot) : sent;
-      }
-    }
-    for (std::size_t i = 0; i < count; ++i) nodes.brightness[i] += radiosity[i];
-  }
-  return nodes;
-}
-
 // What another way to make columns would have given at these vertices: by exact form factors, from the same samples.
 Values by_exact_factors(SolveState& state, const std::vector<std::uint32_t>& vertices) {
   SolveOptions options = state.options;
@@ -130,55 +108,46 @@ std::vector<double> amplification_of(const SolveState& state, const Solution& so
   return result;
 }
 
-// By how much errors of the mesh come back. They are largest along edges, where the neighbouring surface is half of what a
-// point sees, and off alike: e = r + rho e / 2.
-double echo_of(const SolveState& state) {
-  if (!state.interreflection) return 1;
+double mean_reflectance(const SolveState& state) {
   double area = 0, reflecting = 0;
   for (std::uint32_t p = 0; p < state.patches; ++p)
     for (std::uint32_t b = 0; b < state.bands; ++b)
       area += state.mesh.patches[p].area_m2,
           reflecting += state.mesh.patches[p].area_m2 * state.reflectance(b, p);
-  return area > 0 ? 1 / (1 - reflecting / area / 2) : 1;
+  return area > 0 ? reflecting / area : 0;
 }
 
-// The two gathers at some of the points.
-struct Gathers {
-  Twice all, flat;
-};
-Gathers part_of(const Gathered& first, const Gathered& second, std::size_t from,
-                const std::vector<double>& weight, std::uint32_t bands) {
-  const auto part = [&](const std::vector<double>& v) {
-    const auto at = v.begin() + std::ptrdiff_t(from * bands);
-    return Values{bands, weight, {at, at + std::ptrdiff_t(weight.size() * bands)}};
-  };
-  return {{part(first.irradiance), part(second.irradiance)}, {part(first.flat), part(second.flat)}};
+// By how much errors of the mesh come back. They are largest along edges, where the neighbouring surface is half of what a
+// point sees, and off alike: e = r + rho e / 2.
+double echo_of(const SolveState& state) {
+  return state.interreflection ? 1 / (1 - mean_reflectance(state) / 2) : 1;
 }
 
 // Takes away the points where no light comes at all though the elements around are lit: something stands there.
-void drop_covered(const Solution& solution, std::array<Gathered, 2>& gathered, std::size_t vertices,
-                  std::vector<CheckPoint>& inside) {
+void drop_covered(const Solution& solution, Twice& gathered, std::vector<CheckPoint>& inside) {
   const std::size_t bands = solution.bands;
   std::size_t kept = 0;
+  double weights = 0;
   for (std::size_t k = 0; k < inside.size(); ++k) {
     const std::array<std::uint32_t, 4>& corner = solution.mesh.elements[inside[k].where.element].vertex;
     const bool in_part = std::any_of(corner.begin(), corner.end(), [&](std::uint32_t v) {
       return v != 0xffffffffu && solution.vertex_covered[v] != 0;
     });
-    const std::size_t from = (vertices + k) * bands, to = (vertices + kept) * bands;
     double light = 0;
-    for (const Gathered& g : gathered)
-      for (std::size_t b = 0; b < bands; ++b) light += g.irradiance[from + b];
+    for (std::size_t i = k * bands; i < (k + 1) * bands; ++i)
+      light += gathered.first.all[i] + gathered.second.all[i];
     if (in_part && light == 0) continue;
+    for (Values* values : {&gathered.first, &gathered.second})
+      std::copy_n(values->all.begin() + std::ptrdiff_t(k * bands), bands,
+                  values->all.begin() + std::ptrdiff_t(kept * bands));
     inside[kept++] = inside[k];
-    for (Gathered& g : gathered)
-      for (std::vector<double>* values : {&g.irradiance, &g.flat})
-        std::copy_n(values->begin() + std::ptrdiff_t(from), bands, values->begin() + std::ptrdiff_t(to));
+    weights += inside[k].weight;
   }
   inside.resize(kept);
-  double weights = 0;
-  for (const CheckPoint& p : inside) weights += p.weight;
-  for (CheckPoint& p : inside) p.weight /= weights;
+  std::vector<double> weight;
+  for (CheckPoint& p : inside) p.weight /= weights, weight.push_back(p.weight);
+  for (Values* values : {&gathered.first, &gathered.second})
+    values->all.resize(kept * bands), values->weight = weight;
 }
 
 double mean_over_bands_of_square(const std::vector<double>& v) {
@@ -222,12 +191,14 @@ void total_up(SolveState& state, Solution& solution, double mean, const std::vec
     if (!part.bound) squares += part.relative * part.relative;
   error.total_relative = std::sqrt(squares);
   if (solution.sensors.empty() || !(mean > 0)) return;
+  const double reflected = mean_reflectance(state);
   double all = 0, rays = 0, irradiance = 0;
   for (SensorResult& sensor : solution.sensors)
     for (std::uint32_t b = 0; b < state.bands; ++b) {
       double& e = sensor.irradiance_error[b];
       rays += e * e, irradiance += sensor.irradiance[b];
-      e = std::hypot(e, seen[b], solution.ambient[b]);
+      // What is unshot is missing after one more reflection: the first is gathered.
+      e = std::hypot(e, seen[b], reflected * solution.ambient[b]);
       all += e * e;
     }
   const double values = double(solution.sensors.size()) * state.bands;
@@ -246,30 +217,34 @@ void estimate_error(SolveState& state, Solution& solution, const std::vector<dou
   Random random(state.options.seed);
   const std::vector<std::uint32_t> vertices = vertices_by_area(solution, count / 2, random);
   std::vector<CheckPoint> inside = points_in_elements(solution, count, random);
+  auto& parts = solution.report.error.parts;
+  if (vertices.empty() || inside.empty()) return;
   std::vector<Point> points;
   for (const std::uint32_t v : vertices) points.push_back(solution.mesh.receivers[v]);
+  const PointArray at_chosen(state.device, points, "check points");
+  points.clear();
   for (const CheckPoint& p : inside) points.push_back(p.point);
-  auto& parts = solution.report.error.parts;
-  if (points.empty()) return;
-
-  const Nodes nodes = shot_nodes(state, solution);
-  Gather gather{points, nodes};
-  gather.rays = rays_of_check, gather.near_diameters = near_of_check, gather.bands = bands;
-  Lights* const lights = state.direct ? &state.direct->lights : nullptr;
-  std::array<Gathered, 2> gathered;
-  for (std::uint64_t k = 0; k < 2; ++k) {
-    gather.seed = 2 * state.options.seed + k + 1;
-    gathered[k] = gather_at_points(state.device, gather, state.patches, state.engine, state.glass, lights);
-  }
-  drop_covered(solution, gathered, vertices.size(), inside);
+  const PointArray at_inside(state.device, points, "check points");
+  const std::uint64_t seed = 2 * state.options.seed;
+  const std::array<CheckGather, 6> ways{{{&at_chosen, rays_of_check, seed + 1, false},
+                                         {&at_chosen, rays_of_check, seed + 2, false},
+                                         {&at_chosen, rays_of_check, seed + 1, true},
+                                         {&at_chosen, rays_of_check, seed + 2, true},
+                                         {&at_inside, rays_of_check, seed + 1, false},
+                                         {&at_inside, rays_of_check, seed + 2, false}}};
+  const auto found = gather_for_check(state.device, solution, state.engine, state.total_shot.download(),
+                                      state.interreflection, ways, state.glass,
+                                      state.direct ? &state.direct->lights : nullptr);
   const std::vector<double> alike(vertices.size(), 1.0 / double(vertices.size()));
   std::vector<double> weight;
   for (const CheckPoint& p : inside) weight.push_back(p.weight);
-  const Gathers there = part_of(gathered[0], gathered[1], 0, alike, bands),
-                here = part_of(gathered[0], gathered[1], vertices.size(), weight, bands);
+  const Twice there{{bands, alike, found[0]}, {bands, alike, found[1]}},
+      there_flat{{bands, alike, found[2]}, {bands, alike, found[3]}};
+  Twice here{{bands, weight, found[4]}, {bands, weight, found[5]}};
+  drop_covered(solution, here, inside);
 
   const Displayed displayed(solution, display_irradiance(solution));
-  Values shown{bands, weight, {}}, at_vertices{bands, alike, {}}, by_columns{bands, alike, {}};
+  Values shown{bands, here.first.weight, {}}, at_vertices{bands, alike, {}}, by_columns{bands, alike, {}};
   for (const CheckPoint& p : inside)
     for (std::uint32_t b = 0; b < bands; ++b) shown.all.push_back(displayed.at(b, p.where));
   for (const std::uint32_t v : vertices)
@@ -286,7 +261,7 @@ void estimate_error(SolveState& state, Solution& solution, const std::vector<dou
   };
   // What the near field does not make up for of what patches' averages hide.
   const Values near = minus(at_vertices, by_columns);
-  const Twice hidden = minus(there.all, there.flat);
+  const Twice hidden = minus(there, there_flat);
   const Twice shooting{minus(near, hidden.first), minus(near, hidden.second)};
   Values sampled = by_columns;
   double factors = 0;
@@ -295,9 +270,9 @@ void estimate_error(SolveState& state, Solution& solution, const std::vector<dou
     const Values by_factors = minus(by_columns, sampled);
     factors = Twice{by_factors, by_factors}.error_square(amplification);
   }
-  const Twice visible{minus(sampled, there.flat.first), minus(sampled, there.flat.second)};
-  const Twice at_vertex{minus(at_vertices, there.all.first), minus(at_vertices, there.all.second)};
-  const Twice everywhere{minus(shown, here.all.first), minus(shown, here.all.second)};
+  const Twice visible{minus(sampled, there_flat.first), minus(sampled, there_flat.second)};
+  const Twice at_vertex{minus(at_vertices, there.first), minus(at_vertices, there.second)};
+  const Twice everywhere{minus(shown, here.first), minus(shown, here.second)};
   const double visibility = visible.error_square(amplification);
   const double echo2 = std::pow(echo_of(state), 2);
   const double receiving =

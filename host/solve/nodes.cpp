@@ -8,17 +8,13 @@
 namespace clrad {
 namespace {
 
-std::uint32_t plane_of(const Mesh& mesh, std::uint32_t polygon) {
-  return mesh.receivers[mesh.polygons[polygon].first_vertex].plane;
-}
-
-void add_node(Nodes& nodes, std::uint32_t corners, const glm::dvec3* corner, const glm::dvec3& normal,
-              double area, std::uint32_t plane) {
+void add_patch(PatchNodes& nodes, const Patch& patch, const glm::dvec3& normal, double area,
+               std::uint32_t plane) {
   Shooter shooter;
-  shooter.corners = corners;
+  shooter.corners = patch.corners;
   for (std::uint32_t k = 0; k < 4; ++k) {
-    const glm::dvec3& c = corner[std::min(k, corners - 1)];
-    if (k < corners) shooter.corner[k] = c;
+    const glm::dvec3& c = patch.corner[std::min(k, patch.corners - 1)];
+    if (k < patch.corners) shooter.corner[k] = c;
     nodes.corners.push_back({c, normal, plane, 0xffffffffu});
   }
   shooter.normal = normal;
@@ -66,30 +62,13 @@ std::vector<double> node_radiosity(const Solution& solution) {
   return radiosity;
 }
 
-Nodes make_nodes(const Solution& solution) {
-  Nodes nodes;
+PatchNodes patch_nodes(const Solution& solution) {
+  PatchNodes nodes;
   const Mesh& mesh = solution.mesh;
-  const std::size_t patches = mesh.patches.size(), count = patches + mesh.elements.size();
   const double unit = solution.frame.metres();
-  nodes.brightness.resize(count);
-  for (const Patch& patch : mesh.patches) {
-    nodes.first_element.push_back(patch.first_element);
-    add_node(nodes, patch.corners, patch.corner.data(), solution.scene.polygons[patch.polygon].normal(),
-             patch.area_m2 / (unit * unit), plane_of(mesh, patch.polygon));
-  }
-  nodes.first_element.push_back(std::uint32_t(mesh.elements.size()));
-  for (const Element& element : mesh.elements) {
-    const std::uint32_t polygon = mesh.patches[element.patch].polygon;
-    const std::uint32_t corners = element.vertex[3] == 0xffffffffu ? 3 : 4;
-    glm::dvec3 corner[4];
-    for (std::uint32_t k = 0; k < corners; ++k)
-      corner[k] = solution.frame.to_frame(mesh.position_m[element.vertex[k]]);
-    add_node(nodes, corners, corner, solution.scene.polygons[polygon].normal(),
-             element.area_m2 / (unit * unit), plane_of(mesh, polygon));
-  }
-  nodes.radiosity = node_radiosity(solution);
-  for (std::size_t i = 0; i < count; ++i)
-    for (std::uint32_t b = 0; b < solution.bands; ++b) nodes.brightness[i] += nodes.radiosity[b * count + i];
+  for (const Patch& patch : mesh.patches)
+    add_patch(nodes, patch, solution.scene.polygons[patch.polygon].normal(), patch.area_m2 / (unit * unit),
+              mesh.receivers[mesh.polygons[patch.polygon].first_vertex].plane);
   return nodes;
 }
 

@@ -1,4 +1,4 @@
-// Everything that can light a point, for gathers: patches, then their elements.
+// Everything that can light a point, for gathers: patches, and their elements.
 #pragma once
 #include <cstdint>
 #include <vector>
@@ -8,17 +8,15 @@
 
 namespace clrad {
 
-/// Node i < patches is patch i, node patches + e is element e.
-struct Nodes {
-  std::vector<Point> corners;      // 4 a node
-  std::vector<double> shooters;    // shooter_record() of each
-  std::vector<double> radiosity;   // [band][node]
-  std::vector<double> brightness;  // [node], bands summed
-  std::vector<std::uint32_t> first_element;
-};
-
-/// [band][node], from vertex and patch irradiance: a node's radiosity is that of its exposed part.
+/// [band][node], from vertex and patch irradiance: a node's radiosity is that of its exposed part. Node i < patches is patch i, node
+/// patches + e is element e.
 std::vector<double> node_radiosity(const Solution& solution);
-Nodes make_nodes(const Solution& solution);
+
+/// Patches as kernels/solve/sensor.cl reads them.
+struct PatchNodes {
+  std::vector<Point> corners;    // 4 a patch; a triangle repeats its last
+  std::vector<double> shooters;  // shooter_record() of each
+};
+PatchNodes patch_nodes(const Solution& solution);
 
 }  // namespace clrad

@@ -23,6 +23,7 @@
 #include "solve/checkpoint.hpp"
 #include "solve/covered.hpp"
 #include "solve/invariants.hpp"
+#include "solve/lamps.hpp"
 #include "solve/near_field.hpp"
 #include "solve/refine.hpp"
 #include "solve/rounding.hpp"
@@ -201,8 +202,11 @@ Solution solve_bands(Device& device, const Scene& scene, const SolveOptions& opt
     gather_near_field(state, solution);
     solution.vertex_irradiance = state.vertex_irradiance.download();
   }
-  solution.sensors = gather_at_sensors(device, solution, planes, *engine, options, glass.get(),
-                                       state.direct ? &state.direct->lights : nullptr);
+  if (!options.sensors.empty()) {
+    const LampLight lamps = light_of_lamps(state, solution);
+    solution.sensors = gather_at_sensors(device, solution, planes, *engine, options, glass.get(),
+                                         state.direct ? &state.direct->lights : nullptr, &lamps);
+  }
   solution.report.seconds.solve = since(shooting);
 
   Report& report = solution.report;

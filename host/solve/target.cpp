@@ -24,7 +24,7 @@ constexpr double order_of_receiving = 1.2, order_of_shooting = 1.2, order_of_sam
 // Predictions are not exact: the next setting is to come out a little below the target, and well inside the time.
 constexpr double aim = 0.8, share_of_time_left = 0.7;
 // A next solve takes at most this many times the last one's time: what the last one said of the error is too far off beyond.
-constexpr double longest_step = 40;
+constexpr double longest_step = 12;
 constexpr int most_solves = 8;
 constexpr std::uint32_t most_samples = 1024, most_sensor_rays = 1u << 20;
 
@@ -136,8 +136,8 @@ void each_finer(const Setting& at, bool sensors, Visit visit) {
         }
 }
 
-std::optional<Setting> next_setting(const TargetErrors& errors, const Setting& at, const Cost& cost, double target,
-                                    double seconds_left) {
+std::optional<Setting> next_setting(const TargetErrors& errors, const Setting& at, const Cost& cost,
+                                    double target, double seconds_left) {
   std::optional<Setting> best;
   double best_seconds = 0, best_error = 0;
   const double most_seconds = std::min(seconds_left * share_of_time_left, longest_step * cost.total());
@@ -160,6 +160,8 @@ std::optional<Setting> next_setting(const TargetErrors& errors, const Setting& a
 SolveOptions with_setting(const SolveOptions& options, const Setting& setting) {
   SolveOptions o = options;
   o.target_error = 0, o.time_budget_s = 0, o.error = true;
+  // What is left unshot is to be no part of the error to speak of.
+  if (options.target_error > 0) o.converge = std::min(o.converge, 0.1 * options.target_error);
   o.mesh.patch_edge_m = setting.patch_edge_m;
   o.mesh.element_edge_m = setting.element_edge_m();
   o.samples = setting.samples, o.light_samples = setting.light_samples, o.sensor_rays = setting.sensor_rays;

@@ -51,45 +51,16 @@ static inline clrad_along_edge clrad_along(REAL a, REAL b) {
 
 static inline REAL clrad_clamped(REAL x, REAL high) { return x > 0 ? (x < high ? x : high) : 0; /* NaN: 0 */ }
 
-/* vertices and weights, CLRAD_LEAF_VERTICES of each; unused ones have weight 0. bends: weights of the bends of edges,
- * CLRAD_LEAF_EDGES of them. u, v are clamped to the polygon. Returns the element. */
-static uint clrad_leaf(REAL u, REAL v, __global const uint* polygon, __global const uint* patch_first,
-                       __global const uint* codes, __global const uint* levels, __global const uint* vertex,
-                       __global const uint* middle, uint* vertices, REAL* weights,
-                       REAL* bends) {
-  const uint corners = polygon[3], n = polygon[1], m = polygon[2];
+/* The element of a patch at at[] (as for clrad_descend; 0 to 1); depth: no level is deeper. vertices and weights, CLRAD_LEAF_VERTICES of each; unused ones
+ * have weight 0. bends: weights of the bends of edges, CLRAD_LEAF_EDGES of them. Returns the element. */
+static uint clrad_leaf_in_patch(REAL* at, uint depth, uint patch, uint corners, __global const uint* patch_first,
+                                __global const uint* codes, __global const uint* levels, __global const uint* vertex,
+                                __global const uint* middle, uint* vertices, REAL* weights, REAL* bends) {
   const int quad = corners == 4;
-  uint patch = polygon[0];
-  REAL at[3];
-  u = clrad_clamped(u, 1);
-  v = clrad_clamped(v, quad ? 1 : 1 - u);
-  const REAL pu = u * n, pv = v * m;
-  const uint i = min((uint)pu, n - 1);
-  const uint j = min((uint)pv, quad ? m - 1 : n - 1 - i);
-  const REAL x = clrad_clamped(pu - i, 1), y = clrad_clamped(pv - j, 1);
-  if (quad) {
-    patch += j * n + i;
-    at[0] = x;
-    at[1] = y;
-    at[2] = 0;
-  } else {
-    patch += j * (2 * n - j) + 2 * i;
-    /* The last patch of a row has no turned neighbour: past its edge there is only rounding. */
-    if (x + y <= 1 || i + j + 1 == n) {
-      at[0] = clrad_clamped(1 - x - y, 1);
-      at[1] = x;
-      at[2] = y;
-    } else {
-      patch++;
-      at[0] = x + y - 1;
-      at[1] = 1 - x;
-      at[2] = 1 - y;
-    }
-  }
-
   REAL deepest[3] = {at[0], at[1], at[2]};
   uint code = 0;
-  for (uint level = 0; level < CLRAD_DEPTH; level++) code = code << 2 | clrad_descend(deepest, quad);
+  for (uint level = 0; level < depth; level++) code = code << 2 | clrad_descend(deepest, quad);
+  code <<= 2 * (CLRAD_DEPTH - depth);
   /* The last leaf whose code is not past the point's: the patch's first has code 0. */
   uint begin = patch_first[patch], end = patch_first[patch + 1];
   while (end - begin > 1) {
@@ -134,6 +105,43 @@ static uint clrad_leaf(REAL u, REAL v, __global const uint* polygon, __global co
     weights[k + 1 == corners ? 0 : k + 1] -= weights[4 + k] / 2;
   }
   return begin;
+}
+
+/* The same of a polygon; u, v are clamped to it. */
+static uint clrad_leaf(REAL u, REAL v, __global const uint* polygon, __global const uint* patch_first,
+                       __global const uint* codes, __global const uint* levels, __global const uint* vertex,
+                       __global const uint* middle, uint* vertices, REAL* weights,
+                       REAL* bends) {
+  const uint corners = polygon[3], n = polygon[1], m = polygon[2];
+  const int quad = corners == 4;
+  uint patch = polygon[0];
+  REAL at[3];
+  u = clrad_clamped(u, 1);
+  v = clrad_clamped(v, quad ? 1 : 1 - u);
+  const REAL pu = u * n, pv = v * m;
+  const uint i = min((uint)pu, n - 1);
+  const uint j = min((uint)pv, quad ? m - 1 : n - 1 - i);
+  const REAL x = clrad_clamped(pu - i, 1), y = clrad_clamped(pv - j, 1);
+  if (quad) {
+    patch += j * n + i;
+    at[0] = x;
+    at[1] = y;
+    at[2] = 0;
+  } else {
+    patch += j * (2 * n - j) + 2 * i;
+    /* The last patch of a row has no turned neighbour: past its edge there is only rounding. */
+    if (x + y <= 1 || i + j + 1 == n) {
+      at[0] = clrad_clamped(1 - x - y, 1);
+      at[1] = x;
+      at[2] = y;
+    } else {
+      patch++;
+      at[0] = x + y - 1;
+      at[1] = 1 - x;
+      at[2] = 1 - y;
+    }
+  }
+  return clrad_leaf_in_patch(at, CLRAD_DEPTH, patch, corners, patch_first, codes, levels, vertex, middle, vertices, weights, bends);
 }
 
 #endif
