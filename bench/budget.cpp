@@ -75,7 +75,8 @@ std::vector<Setting> settings_for(double extent) {
     all.push_back({name, o});
   };
   const auto plain = [](SolveOptions&) {};
-  for (const auto& [p, e] : {std::pair{2, 4}, {2, 16}, {4, 8}, {4, 16}, {4, 32}, {8, 16}, {8, 32}, {8, 64}})
+  for (const auto& [p, e] :
+       {std::pair{2, 4}, {2, 16}, {4, 8}, {4, 16}, {4, 32}, {8, 16}, {8, 32}, {8, 64}, {16, 16}, {16, 32}})
     add(fmt::format("{}/{}", p, e), p, e, plain);
   add("1 sample", 4, 32, [](SolveOptions& o) { o.samples = 1, o.light_samples = 16; });
   add("16 samples", 4, 32, [](SolveOptions& o) { o.samples = 16, o.light_samples = 1024; });

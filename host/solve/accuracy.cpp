@@ -14,7 +14,7 @@ namespace clrad {
 namespace {
 
 // Points and rays: enough for an RMS that is good to a third where errors are spread evenly, at a tenth of a solve's work.
-constexpr std::uint32_t fewest_points = 128, most_points = 1024, rays_of_check = 64;
+constexpr std::uint32_t fewest_points = 128, most_points = 1024, fewest_rays = 64, most_rays = 2048;
 constexpr double share_of_work = 1.0 / 24, most_pairs = 1e7;
 
 // Values at points, [point][band], and the share of the surfaces that each point stands for.
@@ -55,6 +55,20 @@ struct Twice {
       by_chance += std::pow(first.weight[k], 2) * (first.all[i] - m) * (second.all[i] - m);
     }
     return std::max(0.0, m * m - std::max(0.0, by_chance));
+  }
+  /// Standard error of the product, mean over bands.
+  double open() const {
+    double sum = 0;
+    for (std::uint32_t b = 0; b < first.bands; ++b) {
+      const double mean = product(b);
+      double squares = 0;
+      for (std::size_t k = 0; k < first.points(); ++k) {
+        const std::size_t i = k * first.bands + b;
+        squares += std::pow(first.weight[k] * (first.all[i] * second.all[i] - mean), 2);
+      }
+      sum += std::sqrt(squares);
+    }
+    return sum / first.bands;
   }
   /// Mean over bands of the square of the error that this difference makes: what is the same everywhere counts `amplification`
   /// times.
@@ -177,14 +191,22 @@ std::vector<double> error_of_seen_light(const Solution& solution, const std::vec
   return result;
 }
 
-std::uint32_t points_to_check(const SolveState& state) {
-  const double work = double(state.vertices) * double(state.patch_of_slot.size());
-  const double wanted = share_of_work * work / (double(state.patches) + 2 * rays_of_check);
-  const double points = std::clamp(wanted, double(fewest_points), double(most_points));
-  return std::uint32_t(std::max(48.0, std::min(points, most_pairs / state.patches)));
+// A share of the pairs of patch and vertex that the solve traced: first for points, then for rays from each.
+struct Effort {
+  std::uint32_t points, rays;
+};
+Effort effort_for(const SolveState& state) {
+  const double work = share_of_work * double(state.vertices) * double(state.patch_of_slot.size());
+  const double wanted = work / (double(state.patches) + fewest_rays);
+  const double points = std::max(
+      48.0,
+      std::min(std::clamp(wanted, double(fewest_points), double(most_points)), most_pairs / state.patches));
+  const double rays = work / points - double(state.patches);
+  return {std::uint32_t(points), std::uint32_t(std::clamp(rays, double(fewest_rays), double(most_rays)))};
 }
 
-void total_up(SolveState& state, Solution& solution, double mean, const std::vector<double>& seen) {
+void total_up(SolveState& state, Solution& solution, double mean, const std::vector<double>& seen,
+              bool regathered) {
   auto& error = solution.report.error;
   double squares = 0;
   for (const ErrorPart& part : error.parts)
@@ -198,7 +220,8 @@ void total_up(SolveState& state, Solution& solution, double mean, const std::vec
       double& e = sensor.irradiance_error[b];
       rays += e * e, irradiance += sensor.irradiance[b];
       // What is unshot is missing after one more reflection: the first is gathered.
-      e = std::hypot(e, seen[b], reflected * solution.ambient[b]);
+      const double more = regathered ? reflected : 1;
+      e = std::hypot(e, more * seen[b], reflected * solution.ambient[b]);
       all += e * e;
     }
   const double values = double(solution.sensors.size()) * state.bands;
@@ -211,9 +234,10 @@ void total_up(SolveState& state, Solution& solution, double mean, const std::vec
 
 }  // namespace
 
-void estimate_error(SolveState& state, Solution& solution, const std::vector<double>& before_near_field) {
+void estimate_error(SolveState& state, Solution& solution, const std::vector<double>& before_near_field,
+                    bool regathered) {
   const auto stage = state.device.stage("estimate the error");
-  const std::uint32_t bands = solution.bands, count = points_to_check(state);
+  const std::uint32_t bands = solution.bands, count = effort_for(state).points, rays = effort_for(state).rays;
   Random random(state.options.seed);
   const std::vector<std::uint32_t> vertices = vertices_by_area(solution, count / 2, random);
   std::vector<CheckPoint> inside = points_in_elements(solution, count, random);
@@ -226,12 +250,12 @@ void estimate_error(SolveState& state, Solution& solution, const std::vector<dou
   for (const CheckPoint& p : inside) points.push_back(p.point);
   const PointArray at_inside(state.device, points, "check points");
   const std::uint64_t seed = 2 * state.options.seed;
-  const std::array<CheckGather, 6> ways{{{&at_chosen, rays_of_check, seed + 1, false},
-                                         {&at_chosen, rays_of_check, seed + 2, false},
-                                         {&at_chosen, rays_of_check, seed + 1, true},
-                                         {&at_chosen, rays_of_check, seed + 2, true},
-                                         {&at_inside, rays_of_check, seed + 1, false},
-                                         {&at_inside, rays_of_check, seed + 2, false}}};
+  const std::array<CheckGather, 6> ways{{{&at_chosen, rays, seed + 1, false},
+                                         {&at_chosen, rays, seed + 2, false},
+                                         {&at_chosen, rays, seed + 1, true},
+                                         {&at_chosen, rays, seed + 2, true},
+                                         {&at_inside, rays, seed + 1, false},
+                                         {&at_inside, rays, seed + 2, false}}};
   const auto found = gather_for_check(state.device, solution, state.engine, state.total_shot.download(),
                                       state.interreflection, ways, state.glass,
                                       state.direct ? &state.direct->lights : nullptr);
@@ -275,14 +299,16 @@ void estimate_error(SolveState& state, Solution& solution, const std::vector<dou
   const Twice everywhere{minus(shown, here.first), minus(shown, here.second)};
   const double visibility = visible.error_square(amplification);
   const double echo2 = std::pow(echo_of(state), 2);
-  const double receiving =
-      echo2 * (everywhere.error_square(amplification) - at_vertex.error_square(amplification));
+  // What so few points and rays leave open is added.
+  const double receiving = echo2 * (everywhere.error_square(amplification) + everywhere.open() -
+                                    at_vertex.error_square(amplification));
   parts.push_back({"form factor", relative(factors), false});
   parts.push_back({"visibility", relative(visibility), false});
   parts.push_back({"mesh-receive", relative(receiving), false});
   parts.push_back({"mesh-shoot", relative(echo2 * shooting.error_square(amplification)), false});
   parts.push_back({"convergence", relative(mean_over_bands_of_square(solution.ambient)), false});
-  total_up(state, solution, mean, error_of_seen_light(solution, inside, everywhere, amplification));
+  total_up(state, solution, mean, error_of_seen_light(solution, inside, everywhere, amplification),
+           regathered);
 }
 
 }  // namespace clrad

@@ -8,7 +8,8 @@
 namespace clrad {
 
 /// Fills in report.error (all but "rounding" and what effects add, which are there already) and each sensor's
-/// irradiance_error. `before_near_field`: vertex irradiance [band][vertex] as the columns alone gave it. After energy is accounted for and
+/// irradiance_error. `before_near_field`: vertex irradiance [band][vertex] as the columns alone gave it. `regathered`: sensors saw light that
+/// was gathered anew at the vertices. After energy is accounted for and
 /// sensors are gathered.
 ///
 /// At some vertices and at some points inside elements, both spread by area, light is gathered anew, twice over, with samples of
@@ -17,6 +18,7 @@ namespace clrad {
 /// Products of the differences from the two gathers have no noise of the gathers on average. The gathers take the
 /// solution's own radiosities, so that an error that is the same everywhere comes back with every reflection: the mean difference
 /// counts by the scene's amplification of light.
-void estimate_error(SolveState& state, Solution& solution, const std::vector<double>& before_near_field);
+void estimate_error(SolveState& state, Solution& solution, const std::vector<double>& before_near_field,
+                    bool regathered);
 
 }  // namespace clrad

@@ -455,7 +455,7 @@ Frame frame_with_sensors(const Scene& scene, std::span<const Sensor> sensors) {
 std::vector<SensorResult> gather_at_sensors(Device& device, const Solution& solution,
                                             std::span<const std::uint32_t> planes, VisibilityEngine& engine,
                                             const SolveOptions& options, const Glass* glass, Lights* lights,
-                                            const LampLight* lamps) {
+                                            const LampLight* lamps, bool* regathered) {
   if (options.sensors.empty()) return {};
   const auto stage = device.stage("gather at sensors");
   std::vector<Point> points;
@@ -471,6 +471,7 @@ std::vector<SensorResult> gather_at_sensors(Device& device, const Solution& solu
   double of_vertices = 0;
   if (lamps && lamps->interreflection && around.any_reflects)
     of_vertices = gather_at_vertices(device, solution, around, engine, way, sensors, glass, lights);
+  if (regathered) *regathered = of_vertices > 0;
   RealArray irradiance(device, std::uint64_t(sensors) * solution.bands, "sensor irradiance");
   RealArray error(device, std::uint64_t(sensors) * solution.bands, "sensor errors");
   gather_at(device, solution, around, sensor, engine, way, glass, lights, irradiance, error);

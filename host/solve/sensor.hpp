@@ -21,12 +21,14 @@ Frame frame_with_sensors(const Scene& scene, std::span<const Sensor> sensors);
 /// (kernels/solve/sensor.cl). About options.sensor_rays rays go from a sensor to surfaces, an eighth of them by what each patch may bring and the
 /// others by what varies; of each arrives what `glass` lets pass (null: there is none). With `lamps`, each ray's end asks anew
 /// what they and `lights` bring to it, by up to one more ray, and to one light each; without, the mesh says. The error is one standard error of all these rays; what the mesh says of the rest has its own. What `lights` (null: none) bring to the sensors is added; its visibility is exact.
+/// `regathered` says whether light at the vertices was gathered anew, too.
 /// `solution` needs scene, mesh, frame, vertex and patch irradiance. Sensors lie in no plane of the scene unless they are
 /// within the snapping grid of a polygon that faces their way.
 std::vector<SensorResult> gather_at_sensors(Device& device, const Solution& solution,
                                             std::span<const std::uint32_t> planes, VisibilityEngine& engine,
                                             const SolveOptions& options, const Glass* glass = nullptr,
-                                            Lights* lights = nullptr, const LampLight* lamps = nullptr);
+                                            Lights* lights = nullptr, const LampLight* lamps = nullptr,
+                                            bool* regathered = nullptr);
 
 /// How to gather for a check of the solution by itself.
 struct CheckGather {

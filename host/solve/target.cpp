@@ -123,7 +123,7 @@ double predicted_seconds(const Cost& now, const Setting& at, const Setting& next
 template <class Visit>
 void each_finer(const Setting& at, bool sensors, Visit visit) {
   for (int p = 0; p <= 12; ++p)
-    for (int level = std::max(0, at.level - 3); level <= std::min(5, at.level + 3); ++level)
+    for (int level = std::max(1, at.level - 3); level <= std::min(5, at.level + 3); ++level)
       for (std::uint32_t samples = 1; samples <= 64; samples *= 4)
         for (std::uint32_t rays = 1; rays <= (sensors ? 1024u : 1u); rays *= 2) {
           Setting next = at;
@@ -139,21 +139,22 @@ void each_finer(const Setting& at, bool sensors, Visit visit) {
 std::optional<Setting> next_setting(const TargetErrors& errors, const Setting& at, const Cost& cost,
                                     double target, double seconds_left) {
   std::optional<Setting> best;
-  double best_seconds = 0, best_error = 0;
+  double best_seconds = 0, best_error = 0, best_cost = 0;
   const double most_seconds = std::min(seconds_left * share_of_time_left, longest_step * cost.total());
   each_finer(at, errors.at_sensors, [&](const Setting& next) {
     const double error = predicted(errors, at, next).total(), seconds = predicted_seconds(cost, at, next);
     if (seconds > most_seconds) return;
     const bool meets = target > 0 && error <= aim * target,
                best_meets = target > 0 && best_error <= aim * target;
+    if (!meets && error > 0.75 * errors.total()) return;
+    // Where none meets the target: the most for the time.
+    const double cost_of_error = target > 0 ? error * std::pow(seconds, 0.4) : error;
     const bool better = !best                 ? true
                         : meets != best_meets ? meets
                         : meets               ? seconds < best_seconds
-                                              : error < best_error;
-    if (better) best = next, best_seconds = seconds, best_error = error;
+                                              : cost_of_error < best_cost;
+    if (better) best = next, best_seconds = seconds, best_error = error, best_cost = cost_of_error;
   });
-  // Not worth another solve.
-  if (!best || best_error > 0.9 * errors.total()) return std::nullopt;
   return best;
 }
 
