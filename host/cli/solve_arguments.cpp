@@ -33,7 +33,8 @@ void SolveArguments::add_to(CLI::App& verb) {
                   "shooters get more rays until one carries no more than 1/N of the light")
       ->capture_default_str()
       ->group(accuracy);
-  verb.add_option("--sensor-rays", options.sensor_rays, "rays from a sensor")
+  verb.add_option("--sensor-rays", options.sensor_rays,
+                  "rays from a sensor to surfaces; from the end of each goes one more to a lamp")
       ->capture_default_str()
       ->group(accuracy);
   verb.add_option("--converge", options.converge, "stop when unshot / emitted power is below")

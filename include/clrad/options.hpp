@@ -88,8 +88,9 @@ struct SolveOptions {
   double converge = 1e-3;             ///< stop when unshot / emitted power is below
   std::uint64_t seed = 1;
   std::vector<Sensor> sensors;
-  std::uint32_t sensor_rays = 8192;  ///< rays from a sensor, shared out by what each surface brings
-  bool near_field = true;            ///< vertices next to a patch see its elements, not its average
+  std::uint32_t sensor_rays =
+      8192;                ///< rays from a sensor, shared out by what each surface brings and how it varies
+  bool near_field = true;  ///< vertices next to a patch see its elements, not its average
   /// Effects (clrad/effects.hpp) to run though the scene does not call for them, by name; "all": every one. The answer stays
   /// what it is, it only takes longer.
   std::vector<std::string> force_effects;

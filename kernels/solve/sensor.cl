@@ -135,6 +135,7 @@ static aim aimed(const clrad_vector* r, clrad_vector up, clrad_vector n, REAL u,
   /* Area per parameter area; bilinear, too. */
   clrad_four area = (clrad_four)(clrad_dot(n, clrad_cross(e01, e03)), clrad_dot(n, clrad_cross(e01, e12)),
                                  clrad_dot(n, clrad_cross(e32, e12)), clrad_dot(n, clrad_cross(e32, e03)));
+  if (!(area.x + area.y + area.z + area.w > 0)) area = 1; /* lost in rounding: the same all over */
   const clrad_vector a = clrad_minus(r[2], r[0]), b = clrad_minus(r[3], r[1]);
   const REAL a2 = clrad_dot(a, a), b2 = clrad_dot(b, b);
   REAL d2 = a2 > b2 ? a2 : b2, u0 = 0, v0 = 0, width = 1, chance = 1;
@@ -175,10 +176,11 @@ static aim aimed(const clrad_vector* r, clrad_vector up, clrad_vector n, REAL u,
   p.u = u0 + width * u;
   p.v = v0 + width * v;
   const REAL r2 = clrad_dot(p.x, p.x), distance = sqrt(r2);
-  const REAL facing = -clrad_dot(n, r[0]); /* the same all over the plane */
+  /* The same all over the plane. Where rounding loses it the factor knows better, and only that it is the same matters. */
+  const REAL toward = -clrad_dot(n, r[0]), facing = toward > 0 ? toward : CLRAD_R(1e-6) * distance;
   p.above = distance > 0 ? bilinear_at(height, u, v) / distance : 0;
   /* In this order nothing overflows or underflows at 1e-12 of the frame, where r2 r2 would. */
-  p.weight = distance > 0 && facing > 0 ? (facing / distance) * (bilinear_at(area, u, v) / r2) / chance : 0;
+  p.weight = distance > 0 ? (facing / distance) * (bilinear_at(area, u, v) / r2) / chance : 0;
   return p;
 }
 
