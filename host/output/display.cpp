@@ -35,8 +35,10 @@ std::vector<Fill> next_ring(const Mesh& mesh, std::vector<std::uint8_t>& covered
   return ring;
 }
 
-// Radiosity, or where `light_on_textures` and there is a texture, irradiance.
-std::vector<double> displayed_values(const Solution& solution, bool ambient, bool light_on_textures) {
+enum class Irradiance { nowhere, on_textures, everywhere };
+
+// Radiosity, but irradiance where that is asked for.
+std::vector<double> displayed_values(const Solution& solution, bool ambient, Irradiance irradiance) {
   const std::uint32_t vertices = solution.vertex_count();
   std::vector<double> radiosity(std::size_t(solution.bands) * vertices, 0.0);
   for (std::uint32_t band = 0; band < solution.bands; ++band)
@@ -44,7 +46,8 @@ std::vector<double> displayed_values(const Solution& solution, bool ambient, boo
       const std::uint32_t polygon = solution.mesh.receivers[v].surface;
       double& b = radiosity[std::size_t(band) * vertices + v];
       const double more = ambient && band < solution.ambient.size() ? solution.ambient[band] : 0;
-      if (light_on_textures && solution.material_of(polygon).texture != no_texture) {
+      if (irradiance == Irradiance::everywhere ||
+          (irradiance == Irradiance::on_textures && solution.material_of(polygon).texture != no_texture)) {
         b = solution.vertex_irradiance[std::size_t(band) * vertices + v] + more;
         continue;
       }
@@ -69,11 +72,15 @@ std::vector<double> displayed_values(const Solution& solution, bool ambient, boo
 }  // namespace
 
 std::vector<double> display_radiosity(const Solution& solution, bool ambient) {
-  return displayed_values(solution, ambient, false);
+  return displayed_values(solution, ambient, Irradiance::nowhere);
 }
 
 std::vector<double> display_light(const Solution& solution, bool ambient) {
-  return displayed_values(solution, ambient, true);
+  return displayed_values(solution, ambient, Irradiance::on_textures);
+}
+
+std::vector<double> display_irradiance(const Solution& solution) {
+  return displayed_values(solution, false, Irradiance::everywhere);
 }
 
 std::vector<PolygonMean> polygon_means(const Solution& solution) {

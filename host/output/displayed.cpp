@@ -3,10 +3,11 @@
 namespace clrad {
 
 Displayed::Displayed(const Solution& solution, bool ambient)
-    : vertices(solution.vertex_count()),
-      radiosity(solution.textured.patch.empty() ? display_radiosity(solution, ambient)
-                                                : display_light(solution, ambient)),
-      edges(edges_of(solution.mesh)) {
+    : Displayed(solution, solution.textured.patch.empty() ? display_radiosity(solution, ambient)
+                                                          : display_light(solution, ambient)) {}
+
+Displayed::Displayed(const Solution& solution, std::vector<double> values)
+    : vertices(solution.vertex_count()), radiosity(std::move(values)), edges(edges_of(solution.mesh)) {
   edge_count = edges.ends.size();
   bend = edge_bends(solution.mesh, edges, solution.vertex_covered, radiosity, solution.bands);
 }

@@ -1,4 +1,4 @@
-// Radiosity at any point of the surfaces, as pictures show it.
+// Radiosity, or irradiance, at any point of the surfaces, as pictures show it.
 #pragma once
 #include <vector>
 
@@ -17,6 +17,8 @@ struct Displayed {
   std::vector<double> bend;  ///< edge_bends(), [band][edge], the same unit
 
   explicit Displayed(const Solution& solution, bool ambient = false);
+  /// Of other values at the vertices, [band][vertex], such as display_irradiance(); `radiosity` is then those.
+  Displayed(const Solution& solution, std::vector<double> values);
   double at(std::uint32_t band, const Interpolant& where) const;
 };
 

@@ -150,6 +150,8 @@ std::vector<double> display_radiosity(const Solution& solution, bool ambient = f
 /// The same, but with the irradiance H on polygons that have a texture: a picture shows E + rho H there, with the texture's
 /// own rho.
 std::vector<double> display_light(const Solution& solution, bool ambient = false);
+/// The same, but with the irradiance H everywhere.
+std::vector<double> display_irradiance(const Solution& solution);
 
 /// Area-weighted means of one polygon.
 struct PolygonMean {
