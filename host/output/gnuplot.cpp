@@ -67,6 +67,9 @@ std::string gnuplot_text(const std::string& text) {
 
 std::string log_ticks(double low, double high, const std::string& unit) {
   const bool few = std::log10(high / low) < 2.5;
+  // Ticks' texts are formats.
+  std::string of_format;
+  for (const char c : unit) of_format += c == '%' ? "%%" : std::string(1, c);
   std::string ticks;
   for (int decade = int(std::floor(std::log10(low))); decade <= int(std::ceil(std::log10(high))); ++decade)
     for (const int digit : {1, 2, 5}) {
@@ -77,7 +80,7 @@ std::string log_ticks(double low, double high, const std::string& unit) {
       const std::string number = value >= 1e-5 && value < 1e6
                                      ? fmt::format("{:.{}f}", value, std::max(0, -decade))
                                      : fmt::format("{:g}", value);
-      ticks += fmt::format("{}\"{}{}\" {:g}", ticks.empty() ? "" : ", ", number, unit, value);
+      ticks += fmt::format("{}\"{}{}\" {:g}", ticks.empty() ? "" : ", ", number, of_format, value);
     }
   return "(" + ticks + ")";
 }

@@ -1,6 +1,7 @@
 // Plots drawn by gnuplot, where it is there.
 #pragma once
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace clrad {
@@ -8,7 +9,7 @@ namespace clrad {
 /// Text between single quotes of a gnuplot script, on one line.
 std::string gnuplot_text(const std::string& text);
 
-/// Major ticks of a logarithmic axis from `low` to `high` as gnuplot's `set xtics` takes them: ("0.1 %" 0.1, "0.2 %" 0.2, ...);
+/// Major ticks of a logarithmic axis from `low` to `high` as gnuplot's `set xtics` takes them: ("0.1 s" 0.1, "0.2 s" 0.2, ...);
 /// 1, 2 and 5 of each decade where there are few of them, else each decade alone. Values are written plainly, `unit` behind.
 std::string log_ticks(double low, double high, const std::string& unit);
 

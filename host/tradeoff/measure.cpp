@@ -116,7 +116,7 @@ class Measurement {
     coarse.sensors.resize(std::min<std::size_t>(o.sensors.size(), 2), Sensor{});
     coarse.light_samples = 64, coarse.sensor_rays = 256;
     coarse.progress = [&](const Progress& p) {
-      return tell("compile kernels for " + setting.name, -1, p.unshot_relative);
+      return tell("compiling kernels for " + setting.name, -1, p.unshot_relative);
     };
     solve(device_of(setting.precision), scene_, coarse);
   }
@@ -254,9 +254,10 @@ class Measurement {
   // ---- the settings ---------------------------------------------------------------------------------------------------
   double predicted(const TradeoffSetting& setting) {
     const SolveOptions& o = setting.options;
-    // The probe is of the setting's own device, but opening one to ask is too much.
-    const double s =
-        predict(device_of(device_options_.precision), scene_, o, plan_effects(scene_, o)).seconds;
+    // Another precision is of another device; opening one to ask is too much.
+    Device& device = device_of(device_options_.precision);
+    if (!(factor_s_ > 0)) factor_s_ = seconds_per_factor(device);
+    const double s = predict(device, scene_, o, plan_effects(scene_, o), factor_s_).seconds;
     const double triangles = 2 * double(scene_.polygons.size());
     const double slower = o.engine == "serial"                             ? std::max(1.5, triangles / 40)
                           : o.engine == "chop"                             ? 5
@@ -341,9 +342,11 @@ class Measurement {
         later_.push_back(rung);
         continue;
       }
-      const auto run = measure(rung, must, p, p);
+      const double begin = seconds();
+      const auto run = measure(rung, must, p, options_.budget_s);
       if (!run) continue;
       const TradeoffRun& r = result_.runs[*run];
+      wall_by_seconds_ = std::clamp((seconds() - begin) / r.seconds, 1.0, 4.0);
       // Short runs are mostly what does not grow with the work.
       if (r.seconds > 0.2)
         actual_by_predicted_ *= std::clamp(r.seconds / std::max(r.predicted_s, 1e-9), 0.2, 5.0);
@@ -364,7 +367,7 @@ class Measurement {
     for (std::size_t i = highest + 1; i-- > 0;) {
       result_.middle = rung_runs_[i];
       settings = variations_of(result_.runs[result_.middle].setting, extent_);
-      if (i == 0 || together(settings) < left()) break;
+      if (i == 0 || together(settings) * wall_by_seconds_ < left()) break;
     }
     std::vector<std::pair<double, TradeoffSetting>> by_time;
     for (TradeoffSetting& s : settings)
@@ -373,11 +376,11 @@ class Measurement {
     std::stable_sort(by_time.begin(), by_time.end(),
                      [](const auto& a, const auto& b) { return a.first < b.first; });
     double pending = 0;
-    for (const auto& [p, s] : by_time) pending += p;
+    for (const auto& [p, s] : by_time) pending += p * wall_by_seconds_;
     for (const auto& [p, s] : by_time) {
       if (over_) return;
       measure(s, false, p, pending);
-      pending -= p;
+      pending -= p * wall_by_seconds_;
     }
   }
 
@@ -414,6 +417,9 @@ class Measurement {
   std::vector<std::size_t> rung_runs_;       // indices of the ladder's runs
   std::vector<TradeoffSetting> later_;       // rungs that come after the variations
   double actual_by_predicted_ = 1;
+  double factor_s_ = 0;
+  double wall_by_seconds_ =
+      1.5;  // of measuring a setting: repeats, invariants and comparing are not the solve
   bool over_ = false;
   Tradeoff result_;
 };

@@ -28,8 +28,9 @@ TEST_F(TradeoffVerb, MeasuresAndWrites) {
   for (const auto& s : json["settings"]) {
     EXPECT_GT(s["seconds"].get<double>(), 0);
     // The least converged rung leaves 3 % of the light unshot; the disk estimator is off by some tens of per cent.
-    if (s["form_factor"] == "exact" && s["converge"].get<double>() < 0.05)
+    if (s["form_factor"] == "exact" && s["converge"].get<double>() < 0.05) {
       EXPECT_LT(s["rms_relative"].get<double>(), 0.03) << s;
+    }
   }
   EXPECT_EQ(json["points"]["count"], 100);
   EXPECT_NEAR(json["mean_irradiance_W_m2"].get<double>(), 2, 1e-12);
