@@ -154,7 +154,8 @@ std::string plot_script(const Tradeoff& t) {
       "set label 2 '{}' at graph 0, screen 0.925 font ',11' tc rgb '#555555' noenhanced\n"
       "set lmargin at screen 0.085\nset rmargin at screen 0.705\nset tmargin at screen 0.89\nset bmargin at "
       "screen 0.105\n"
-      "set logscale xy\nset xrange [{:g}:{:g}]\nset yrange [{:g}:{:g}]\n"
+      "set style textbox opaque noborder fillcolor rgb 'white' margins 0.4,0.2\nset logscale xy\nset xrange "
+      "[{:g}:{:g}]\nset yrange [{:g}:{:g}]\n"
       "set xtics {} nomirror tc rgb '#333333'\nset ytics {} nomirror tc rgb '#333333'\n"
       "set mxtics 10\nset mytics 10\n"
       "set grid xtics ytics lc rgb '#d8d8d8' lt 1 lw 0.7\nset border 3 lc rgb '#666666'\n"
@@ -163,7 +164,7 @@ std::string plot_script(const Tradeoff& t) {
       "set key at screen 0.725, screen 0.885 left top Left reverse vertical spacing 1.35 samplen 2 font "
       "',11' noenhanced\n",
       gnuplot_text("What accuracy costs: " + scene),
-      gnuplot_text(fmt::format("{} at {} {}", t.device, t.points,
+      gnuplot_text(fmt::format("{}; error at {} {}", t.device, t.points,
                                t.at_sensors ? "sensors" : "points of the surfaces")),
       low_x, high_x, low_y, high_y, log_ticks(low_x, high_x, " s"), log_ticks(low_y, high_y, " %"));
   for (const TradeoffAdvice& a : t.advice) {
@@ -173,7 +174,8 @@ std::string plot_script(const Tradeoff& t) {
         std::clamp(100 * a.target_relative, low_y, high_y), t.runs[a.run].seconds);
     if (100 * a.target_relative <= high_y && 100 * a.target_relative >= low_y)
       script += fmt::format(
-          "set label '{}: {}' at graph 0.01, first {:g} offset 0,0.45 font ',10' tc rgb '#555555'\n",
+          "set label '{} costs {}' at graph 0.01, first {:g} offset 0,0.6 font ',10' tc rgb '#444444' front "
+          "boxed\n",
           percent(a.target_relative), seconds_short(t.runs[a.run].seconds), 100 * a.target_relative);
   }
   std::vector<std::string> plots;

@@ -74,6 +74,9 @@ class Measurement {
     if (!over_) climb();
     if (!over_) vary();
     if (!over_) refine_reference();
+    for (const TradeoffSetting& rung : later_)
+      if (!over_) measure(rung, false, predicted(rung), options_.budget_s);
+    if (!over_) refine_reference();
     finish();
     return std::move(result_);
   }
@@ -372,7 +375,6 @@ class Measurement {
     std::vector<std::pair<double, TradeoffSetting>> by_time;
     for (TradeoffSetting& s : settings)
       if (is_new(s)) by_time.emplace_back(predicted(s), std::move(s));
-    for (const TradeoffSetting& s : later_) by_time.emplace_back(predicted(s), s);
     std::stable_sort(by_time.begin(), by_time.end(),
                      [](const auto& a, const auto& b) { return a.first < b.first; });
     double pending = 0;
