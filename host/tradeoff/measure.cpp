@@ -22,8 +22,9 @@
 namespace clrad {
 namespace {
 
-// What parts of the budget are for: the first references, and until when the ladder may climb.
-constexpr double reference_share = 0.25, ladder_share = 0.55;
+// Parts of the budget: until when the first references may go on, until when the ladder may climb, and what is kept for
+// refining the reference at the end. Settings come early, so that a measurement that is stopped has some.
+constexpr double first_reference_share = 0.05, ladder_share = 0.45, last_reference_share = 0.25;
 // A level of the reference takes about this much longer than the one before, and is about twice as good or better.
 constexpr double reference_growth = 4.5;
 // A solve this short is timed again, and the least counts: what else the machine does hardly does less than nothing.
@@ -237,7 +238,7 @@ class Measurement {
       result_.reference.what = "exact: in a closed room that is the same everywhere, H = E / (1 - rho)";
     } else {
       while (!over_ && (reference_.level < 1 || seconds() + reference_growth * reference_.last_s <
-                                                    reference_share * options_.budget_s))
+                                                    first_reference_share * options_.budget_s))
         if (!next_level(reference_.level < 1)) break;
     }
   }
@@ -366,11 +367,12 @@ class Measurement {
   void vary() {
     if (rung_runs_.empty()) return;
     const std::size_t highest = std::min(rung_runs_.size() - 1, highest_middle);
+    const double kept = reference_.level < 0 ? 0 : last_reference_share * options_.budget_s;
     std::vector<TradeoffSetting> settings;
     for (std::size_t i = highest + 1; i-- > 0;) {
       result_.middle = rung_runs_[i];
       settings = variations_of(result_.runs[result_.middle].setting, extent_);
-      if (i == 0 || together(settings) * wall_by_seconds_ < left()) break;
+      if (i == 0 || together(settings) * wall_by_seconds_ < left() - kept) break;
     }
     std::vector<std::pair<double, TradeoffSetting>> by_time;
     for (TradeoffSetting& s : settings)
