@@ -2,10 +2,11 @@
 #pragma once
 #include <fmt/format.h>
 
-#include <cstdlib>
-#include <fstream>
 #include <string>
 #include <vector>
+
+#include "clrad/output.hpp"
+#include "output/gnuplot.hpp"
 
 namespace clrad::bench {
 
@@ -21,33 +22,28 @@ struct Plot {
 
   /// FOLDER/NAME.dat (one block a curve), NAME.gnuplot and, with gnuplot, NAME.png. Both axes logarithmic.
   void write(const std::string& folder) const {
-    const std::string base = folder + "/" + name;
-    std::ofstream data(base + ".dat");
+    std::string data, script;
     for (const Curve& c : curves) {
-      data << fmt::format("# {}\n# {}, {}\n", c.title, x, y);
-      for (const auto& [a, b] : c.points) data << fmt::format("{:.8g} {:.8g}\n", a, b);
-      data << "\n\n";
+      data += fmt::format("# {}\n# {}, {}\n", c.title, x, y);
+      for (const auto& [a, b] : c.points) data += fmt::format("{:.8g} {:.8g}\n", a, b);
+      data += "\n\n";
     }
-    data.close();
-    std::ofstream script(base + ".gnuplot");
-    script << "# gnuplot " << name << ".gnuplot, in this folder, draws " << name << ".png\n"
-           << "set terminal pngcairo size 1200,800 font 'DejaVu Sans,15' linewidth 1.4\n"
-           << "set output '" << name << ".png'\n"
-           << "set title '" << title << "' font ',17'\n"
-           << "set logscale xy\nset format xy '10^{%L}'\nset grid xtics ytics lc rgb '#b0b0b0' lt 1 lw 0.6\n"
-           << "set border lc rgb '#404040'\nset key outside bottom center horizontal spacing 1.3 samplen 2.5 "
-              "width 2\n"
-           << "set xlabel '" << x << "'\nset ylabel '" << y << "'\n"
-           << "set mxtics 10\nset mytics 10\n"
-           << extra << "plot ";
+    script = "# gnuplot " + name + ".gnuplot, in this folder, draws " + name + ".png\n" +
+             "set terminal pngcairo size 1200,800 font 'DejaVu Sans,15' linewidth 1.4\n" + "set output '" +
+             name + ".png'\n" + "set title '" + title + "' font ',17'\n" +
+             "set logscale xy\nset format xy '10^{%L}'\nset grid xtics ytics lc rgb '#b0b0b0' lt 1 lw 0.6\n" +
+             "set border lc rgb '#404040'\nset key outside bottom center horizontal spacing 1.3 samplen 2.5 "
+             "width 2\n" +
+             "set xlabel '" + x + "'\nset ylabel '" + y + "'\nset mxtics 10\nset mytics 10\n" + extra +
+             "plot ";
     for (std::size_t i = 0; i < curves.size(); ++i)
-      script << (i ? ", \\\n     " : "")
-             << fmt::format("'{}.dat' index {} with {} title '{}'", name, i, curves[i].style,
-                            curves[i].title);
-    script << "\n";
-    script.close();
-    if (std::system("command -v gnuplot >/dev/null 2>&1") == 0)
-      drawn = std::system(fmt::format("cd '{}' && gnuplot {}.gnuplot", folder, name).c_str()) == 0;
+      script += (i ? ", \\\n     " : "") + fmt::format("'{}.dat' index {} with {} title '{}'", name, i,
+                                                       curves[i].style, curves[i].title);
+    script += "\n";
+    write_file(folder + "/" + name + ".dat", data);
+    write_file(folder + "/" + name + ".gnuplot", script);
+    drawn = draw_with_gnuplot(folder, {{name + ".dat", data}, {name + ".gnuplot", script}}, name + ".gnuplot",
+                              {name + ".png"});
   }
   mutable bool drawn = false;
 };

@@ -14,6 +14,7 @@ enum ExitCode { done = 0, failure = 1, bad_usage = 2, bad_input = 3, stopped = 4
 using Action = std::function<int()>;
 void add_solve(CLI::App& app, Action& action);
 void add_plan(CLI::App& app, Action& action);
+void add_tradeoff(CLI::App& app, Action& action);
 void add_render(CLI::App& app, Action& action);
 void add_viewfactors(CLI::App& app, Action& action);
 void add_check(CLI::App& app, Action& action);

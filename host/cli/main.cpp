@@ -20,12 +20,14 @@ int main(int argc, char** argv) {
       "  clrad solve room.glb --target-error 1% -o out   as fine as it takes for an error of 1 %\n"
       "  clrad viewfactors room.obj -o room.npz     the matrix of view factors, for SciPy\n"
       "  clrad plan room.glb                        what a solve would do and leave out, and why\n"
+      "  clrad tradeoff room.glb -o out             error against seconds of many settings: plot and table\n"
       "  clrad check room.glb                       what is wrong with the file\n"
       "Exit codes: 0 done, 1 a failure of the program or device, 2 bad usage, 3 bad input, 4 stopped, "
       "partial result written.");
   cli::Action action;
   cli::add_solve(app, action);
   cli::add_plan(app, action);
+  cli::add_tradeoff(app, action);
   cli::add_render(app, action);
   cli::add_viewfactors(app, action);
   cli::add_check(app, action);

@@ -127,8 +127,9 @@ Shoots count_shoots(const Scene& scene, const MeshCounts& counts, const SolveOpt
   return shoots;
 }
 
-// Seconds per form factor.
-double probe(Device& device) {
+}  // namespace
+
+double seconds_per_factor(Device& device) {
   constexpr std::uint32_t receivers = 1 << 17;
   Shooter shooter;
   shooter.corners = 4;
@@ -154,10 +155,8 @@ double probe(Device& device) {
   return best / receivers;
 }
 
-}  // namespace
-
 Prediction predict(Device& device, const Scene& scene, const SolveOptions& options,
-                   const std::vector<Effect>& effects) {
+                   const std::vector<Effect>& effects, double factor_s) {
   const MeshCounts counts = count_mesh(scene, options.mesh);
   Prediction result;
   result.patches = counts.patches, result.elements = counts.elements, result.vertices = counts.vertices;
@@ -168,7 +167,7 @@ Prediction predict(Device& device, const Scene& scene, const SolveOptions& optio
   const double facing = (occlusion ? facing_share : facing_share_of_convex) * counts.vertices;
   const double rays = occlusion ? shoots.rays_per_receiver * facing : 0;
   result.rays = rays;
-  const double unit = probe(device);
+  const double unit = factor_s > 0 ? factor_s : seconds_per_factor(device);
   const double real = device.options().precision == Precision::float64 ? 8 : 4;
   const double triangles = 2 * double(scene.polygons.size());
 

@@ -12,5 +12,6 @@
 #include "clrad/scene.hpp"
 #include "clrad/solution.hpp"
 #include "clrad/solver.hpp"
+#include "clrad/tradeoff.hpp"
 #include "clrad/view_factors.hpp"
 #include "clrad/visibility.hpp"

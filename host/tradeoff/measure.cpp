@@ -1,0 +1,445 @@
+// The measurement: a reference, a ladder of settings, then one thing at a time, within a budget.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+
+#include "clrad/effects.hpp"
+#include "clrad/error.hpp"
+#include "clrad/solver.hpp"
+#include "clrad/tradeoff.hpp"
+#include "effects/predict.hpp"
+#include "effects/uniform.hpp"
+#include "mesh/build.hpp"
+#include "tradeoff/places.hpp"
+#include "tradeoff/settings.hpp"
+
+namespace clrad {
+namespace {
+
+// Parts of the budget: until when the first references may go on, until when the ladder may climb, and what is kept for
+// refining the reference at the end. Settings come early, so that a measurement that is stopped has some.
+constexpr double first_reference_share = 0.05, ladder_share = 0.45, last_reference_share = 0.25;
+// A level of the reference takes about this much longer than the one before, and is about twice as good or better.
+constexpr double reference_growth = 4.5;
+// A solve this short is timed again, and the least counts: what else the machine does hardly does less than nothing.
+constexpr double short_s = 0.5;
+constexpr int short_repeats = 3;
+// The reference's own error is to be this part of the smallest that is shown.
+constexpr double reference_part = 0.1;
+// The rung that is varied is at most this one, which is what a solve does by default.
+constexpr std::size_t highest_middle = 5;
+
+double square(double x) {
+  return x * x;
+}
+
+// Of a solve at sensors; a report that does not say gives NaN.
+template <class ErrorReport>
+double estimate_at_sensors(const ErrorReport& error) {
+  if constexpr (requires { error.sensors_relative; })
+    return error.sensors_relative;
+  else
+    return NAN;
+}
+
+struct Reference {
+  std::vector<double> values;  // [point][band]
+  double error_relative = NAN;
+  int level = -1;     // of those solved; -1: none
+  double last_s = 0;  // that took
+};
+
+class Measurement {
+ public:
+  Measurement(const DeviceOptions& device, const Scene& scene, const TradeoffOptions& options)
+      : device_options_(device), scene_(with_backs(scene)), options_(options), extent_(extent_of_box(scene)) {
+    base_.seed = options.seed;
+    base_.sensors = options.sensors;
+    result_.scene = scene.file, result_.quantity = scene.quantity;
+    result_.bands = std::uint32_t(scene.bands.size());
+    result_.extent_m = extent_, result_.budget_s = options.budget_s;
+    result_.at_sensors = !options.sensors.empty();
+    result_.device = device_of(device_options_.precision).info().name;
+    result_.driver = device_of(device_options_.precision).info().driver;
+  }
+
+  Tradeoff run() {
+    choose_points();
+    first_reference();
+    if (!over_) climb();
+    if (!over_) vary();
+    if (!over_) refine_reference();
+    for (const TradeoffSetting& rung : later_)
+      if (!over_) measure(rung, false, predicted(rung), options_.budget_s);
+    if (!over_) refine_reference();
+    finish();
+    return std::move(result_);
+  }
+
+ private:
+  double seconds() const {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  }
+  double left() const { return options_.budget_s - seconds(); }
+
+  Device& device_of(Precision precision) {
+    auto& device = devices_[precision];
+    if (!device) {
+      DeviceOptions o = device_options_;
+      o.precision = precision;
+      device = std::make_unique<Device>(o);
+    }
+    return *device;
+  }
+
+  // False: the caller wants no more.
+  bool tell(const std::string& what, double pending_s, double unshot) {
+    if (!options_.progress) return true;
+    TradeoffProgress p{what, result_.runs.size(), seconds(), -1, unshot};
+    if (pending_s >= 0) p.seconds_left = std::max(0.0, std::min(left(), pending_s));
+    if (!options_.progress(p)) over_ = result_.stopped = true;
+    return !over_;
+  }
+
+  // Compiles the kernels that the setting takes by solving it on a mesh of a few patches.
+  void warm_up(const TradeoffSetting& setting) {
+    const SolveOptions& o = setting.options;
+    const std::string key =
+        fmt::format("{} {} {} {} {} {}", int(setting.precision), o.engine, int(o.estimator),
+                    o.adaptive.tolerance > 0, o.near_field, o.sensors.empty());
+    if (!warm_.insert(key).second) return;
+    SolveOptions coarse = o;
+    coarse.mesh = {extent_ / 2, extent_ / 8};
+    coarse.adaptive.max_level = 1;
+    coarse.sensors.resize(std::min<std::size_t>(o.sensors.size(), 2), Sensor{});
+    coarse.light_samples = 64, coarse.sensor_rays = 256;
+    coarse.progress = [&](const Progress& p) {
+      return tell("compiling kernels for " + setting.name, -1, p.unshot_relative);
+    };
+    solve(device_of(setting.precision), scene_, coarse);
+  }
+
+  // Nothing when it was stopped. must: whatever the budget says.
+  std::optional<Solution> solved(const TradeoffSetting& setting, bool must, double pending_s) {
+    warm_up(setting);
+    if (over_) return {};
+    SolveOptions o = setting.options;
+    o.progress = [&](const Progress& p) {
+      return tell(setting.name, pending_s, p.unshot_relative) && (must || left() > 0);
+    };
+    Device& device = device_of(setting.precision);
+    device.reset_profile();
+    device.ledger()->peak = device.ledger()->held;
+    Solution s = solve(device, scene_, o);
+    if (s.stopped && (over_ || (!must && left() <= 0))) return {};
+    return s;
+  }
+
+  void choose_points() {
+    if (result_.at_sensors) {
+      result_.points = options_.sensors.size();
+      return;
+    }
+    places_ = exposed_places(device_of(device_options_.precision), scene_,
+                             stratified_places(scene_, options_.points, options_.seed));
+    if (places_.empty()) throw UsageError("no surface of the scene is exposed: there is nothing to compare");
+    for (const Place& p : places_) weights_.push_back(p.weight_m2);
+    result_.points = places_.size();
+  }
+
+  std::vector<double> values_of(const Solution& s, bool of_reference) const {
+    if (!result_.at_sensors && !of_reference) return irradiance_at(s, places_);
+    std::vector<double> values;
+    for (const SensorResult& r : s.sensors)
+      values.insert(values.end(), r.irradiance.begin(), r.irradiance.end());
+    return values;
+  }
+
+  double rms(const std::vector<double>& values, const std::vector<double>& reference) const {
+    return rms_relative(values, reference, weights_, result_.bands);
+  }
+
+  // ---- the reference --------------------------------------------------------------------------------------------------
+  void given_solution() {
+    const Solution& s = *options_.reference;
+    const auto differ = [&](const std::string& how) {
+      return UsageError(fmt::format("--reference {}: {}", options_.reference_name, how));
+    };
+    if (s.scene.polygons.size() != scene_.polygons.size() || s.bands != result_.bands)
+      throw differ(fmt::format("a solution of {} polygons and {} bands, but the scene has {} and {}",
+                               s.scene.polygons.size(), s.bands, scene_.polygons.size(), result_.bands));
+    for (std::size_t p = 0; p < scene_.polygons.size(); ++p)
+      for (std::uint32_t k = 0; k < scene_.polygons[p].corners; ++k) {
+        const glm::dvec3 d = glm::abs(scene_.polygons[p].corner[k] - s.scene.polygons[p].corner[k]);
+        if (std::max({d.x, d.y, d.z}) > 1e-9 * extent_)
+          throw differ(fmt::format("a solution of another scene: polygon {} is elsewhere", p + 1));
+      }
+    if (result_.at_sensors) {
+      if (s.sensors.size() != options_.sensors.size())
+        throw differ(fmt::format("has {} sensors, but --sensors has {}; solve it with the same file",
+                                 s.sensors.size(), options_.sensors.size()));
+      reference_.values = values_of(s, true);
+    } else {
+      reference_.values = irradiance_at(s, places_);
+    }
+    result_.reference.what =
+        fmt::format("{}, a solution with {} elements", options_.reference_name, s.mesh.elements.size());
+  }
+
+  // One level more. False: it did not come to its end, or there is no memory for it.
+  bool next_level(bool must) {
+    TradeoffSetting setting = reference_setting(extent_, base_, reference_.level + 1);
+    setting.precision = device_options_.precision;
+    if (!result_.at_sensors) {
+      setting.options.sensors.clear();
+      for (const Place& p : places_) setting.options.sensors.push_back(p.sensor);
+    }
+    const double begin = seconds();
+    std::optional<Solution> s;
+    try {
+      s = solved(setting, must, -1);
+    } catch (const MemoryError&) {
+      if (reference_.level < 0) throw;
+    }
+    if (!s) return false;
+    std::vector<double> values = values_of(*s, true);
+    // Twice as good as the one before, or better where it converges fast: half the difference is what is left.
+    if (reference_.level >= 0) reference_.error_relative = rms(reference_.values, values) / 2;
+    reference_.values = std::move(values);
+    ++reference_.level;
+    reference_.last_s = seconds() - begin;
+    result_.reference.seconds += reference_.last_s;
+    result_.reference.what = fmt::format(
+        "a gather at the points with {} rays each from a solve of {} elements; its error is half of what the "
+        "last step "
+        "of refining it changed",
+        setting.options.sensor_rays, s->mesh.elements.size());
+    return true;
+  }
+
+  void first_reference() {
+    if (!options_.known.empty()) {
+      reference_.values = options_.known, reference_.error_relative = 0;
+      result_.reference.what = fmt::format("irradiance from {}", options_.reference_name);
+    } else if (options_.reference) {
+      given_solution();
+    } else if (is_uniform_enclosure(scene_)) {
+      const Material& m = scene_.materials[scene_.polygons.front().material];
+      for (std::size_t i = 0; i < result_.points; ++i)
+        for (std::uint32_t b = 0; b < result_.bands; ++b)
+          reference_.values.push_back(m.emitted_exitance[b] / (1 - m.reflectance[b]));
+      reference_.error_relative = 0;
+      result_.reference.what = "exact: in a closed room that is the same everywhere, H = E / (1 - rho)";
+    } else {
+      while (!over_ && (reference_.level < 1 || seconds() + reference_growth * reference_.last_s <
+                                                    first_reference_share * options_.budget_s))
+        if (!next_level(reference_.level < 1)) break;
+    }
+  }
+
+  double smallest_error() const {
+    double least = INFINITY;
+    for (const auto& v : values_) least = std::min(least, rms(v, reference_.values));
+    return least;
+  }
+
+  void refine_reference() {
+    while (reference_.level >= 0 && !over_ && reference_.error_relative > reference_part * smallest_error() &&
+           reference_growth * reference_.last_s < left())
+      if (!next_level(false)) break;
+  }
+
+  // ---- the settings ---------------------------------------------------------------------------------------------------
+  double predicted(const TradeoffSetting& setting) {
+    const SolveOptions& o = setting.options;
+    // Another precision is of another device; opening one to ask is too much.
+    Device& device = device_of(device_options_.precision);
+    if (!(factor_s_ > 0)) factor_s_ = seconds_per_factor(device);
+    const double s = predict(device, scene_, o, plan_effects(scene_, o), factor_s_).seconds;
+    const double triangles = 2 * double(scene_.polygons.size());
+    const double slower = o.engine == "serial"                             ? std::max(1.5, triangles / 40)
+                          : o.engine == "chop"                             ? 5
+                          : o.adaptive.tolerance > 0                       ? 3
+                          : setting.precision != device_options_.precision ? 2
+                                                                           : 1;
+    return s * slower * actual_by_predicted_;
+  }
+
+  // Settings of equal keys are equal to the solver.
+  std::string key_of(const TradeoffSetting& setting) const {
+    const SolveOptions& o = setting.options;
+    const std::vector<Effect> effects = plan_effects(scene_, o);
+    const MeshCounts mesh = count_mesh(scene_, o.mesh);
+    const bool rays = runs(effects, "occlusion") || o.estimator != Estimator::exact;
+    return fmt::format("{} {} {} {} {} {} {} {} {} {} {}", mesh.patches, mesh.elements, rays ? o.samples : 0,
+                       rays ? o.light_samples : 0, o.converge, int(o.estimator),
+                       runs(effects, "subdivision") ? o.adaptive.tolerance : 0, runs(effects, "near_field"),
+                       rays ? o.engine : "", int(setting.precision),
+                       o.sensors.empty() || !rays ? 0 : o.sensor_rays);
+  }
+
+  void leave_out(const TradeoffSetting& setting, double predicted_s, std::string reason) {
+    result_.left_out.push_back({setting, predicted_s, std::move(reason)});
+  }
+
+  // Index of the run; nothing when it was left out.
+  std::optional<std::size_t> measure(const TradeoffSetting& setting, bool must, double predicted_s,
+                                     double pending_s) {
+    const double allowed = left();
+    if (!must && predicted_s > allowed) {
+      leave_out(
+          setting, predicted_s,
+          fmt::format("would take about {:.2g} s of the {:.2g} s left", predicted_s, std::max(0.0, allowed)));
+      return {};
+    }
+    TradeoffRun run{setting, predicted_s, INFINITY};
+    std::vector<double> values;
+    try {
+      for (int k = 0; k < short_repeats && (k == 0 || (run.seconds < short_s && left() > 2 * run.seconds));
+           ++k) {
+        const std::optional<Solution> s = solved(setting, must, pending_s);
+        if (!s) {
+          if (!over_ && k == 0)
+            leave_out(setting, predicted_s, "stopped: it took longer than the budget had left");
+          if (k == 0 || over_) return {};
+          break;
+        }
+        const Report& r = s->report;
+        run.seconds = std::min(run.seconds, r.seconds.build + r.seconds.solve);
+        if (k > 0) continue;
+        run.estimate_relative = result_.at_sensors ? estimate_at_sensors(r.error) : r.error.total_relative;
+        run.patches = s->mesh.patches.size(), run.elements = s->mesh.elements.size();
+        run.vertices = s->vertex_count(), run.rays = r.rays, run.device_peak_bytes = r.device_peak_bytes;
+        values = values_of(*s, false);
+      }
+    } catch (const Error& e) {
+      leave_out(setting, predicted_s, e.what());
+      return {};
+    }
+    result_.runs.push_back(std::move(run));
+    values_.push_back(std::move(values));
+    return result_.runs.size() - 1;
+  }
+
+  // False: there is one like it.
+  bool is_new(const TradeoffSetting& setting) {
+    const auto [same, is_first] = seen_.emplace(key_of(setting), setting.name);
+    if (!is_first) leave_out(setting, NAN, fmt::format("the same as \"{}\" in this scene", same->second));
+    return is_first;
+  }
+
+  void climb() {
+    std::vector<TradeoffSetting> rungs = ladder_settings(extent_, base_);
+    for (TradeoffSetting& rung : rungs) {
+      if (over_) return;
+      rung.precision = device_options_.precision;
+      if (!is_new(rung)) continue;
+      const bool must = result_.runs.empty();
+      const double p = predicted(rung);
+      if (!must && seconds() + p > ladder_share * options_.budget_s) {
+        later_.push_back(rung);
+        continue;
+      }
+      const double begin = seconds();
+      const auto run = measure(rung, must, p, options_.budget_s);
+      if (!run) continue;
+      const TradeoffRun& r = result_.runs[*run];
+      wall_by_seconds_ = std::clamp((seconds() - begin) / r.seconds, 1.0, 4.0);
+      // Short runs are mostly what does not grow with the work.
+      if (r.seconds > 0.2)
+        actual_by_predicted_ *= std::clamp(r.seconds / std::max(r.predicted_s, 1e-9), 0.2, 5.0);
+      rung_runs_.push_back(*run);
+    }
+  }
+
+  double together(const std::vector<TradeoffSetting>& settings) {
+    double sum = 0;
+    for (const TradeoffSetting& s : settings) sum += predicted(s);
+    return sum;
+  }
+
+  void vary() {
+    if (rung_runs_.empty()) return;
+    const std::size_t highest = std::min(rung_runs_.size() - 1, highest_middle);
+    const double kept = reference_.level < 0 ? 0 : last_reference_share * options_.budget_s;
+    std::vector<TradeoffSetting> settings;
+    for (std::size_t i = highest + 1; i-- > 0;) {
+      result_.middle = rung_runs_[i];
+      settings = variations_of(result_.runs[result_.middle].setting, extent_);
+      if (i == 0 || together(settings) * wall_by_seconds_ < left() - kept) break;
+    }
+    std::vector<std::pair<double, TradeoffSetting>> by_time;
+    for (TradeoffSetting& s : settings)
+      if (is_new(s)) by_time.emplace_back(predicted(s), std::move(s));
+    std::stable_sort(by_time.begin(), by_time.end(),
+                     [](const auto& a, const auto& b) { return a.first < b.first; });
+    double pending = 0;
+    for (const auto& [p, s] : by_time) pending += p * wall_by_seconds_;
+    for (const auto& [p, s] : by_time) {
+      if (over_) return;
+      measure(s, false, p, pending);
+      pending -= p * wall_by_seconds_;
+    }
+  }
+
+  void finish() {
+    result_.mean_irradiance = mean_over(reference_.values, weights_, result_.bands);
+    result_.reference.error_relative = reference_.error_relative;
+    const double own = std::isnan(reference_.error_relative) ? 0 : reference_.error_relative;
+    for (std::size_t i = 0; i < result_.runs.size() && !reference_.values.empty(); ++i) {
+      const double apart = rms(values_[i], reference_.values);
+      TradeoffRun& run = result_.runs[i];
+      run.limited_by_reference = square(apart) < 2 * square(own);
+      run.rms_relative = run.limited_by_reference ? apart : std::sqrt(square(apart) - square(own));
+    }
+    result_.front = pareto_front(result_.runs);
+    for (const std::size_t i : result_.front) result_.runs[i].on_front = true;
+    for (const double target : {0.05, 0.01, 0.001})
+      result_.advice.push_back(cheapest_within(result_.runs, target));
+    result_.seconds = seconds();
+  }
+
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  DeviceOptions device_options_;
+  Scene scene_;
+  const TradeoffOptions& options_;
+  double extent_;
+  SolveOptions base_;
+  std::map<Precision, std::unique_ptr<Device>> devices_;
+  std::set<std::string> warm_;
+  std::map<std::string, std::string> seen_;  // key -> name
+  std::vector<Place> places_;
+  std::vector<double> weights_;
+  Reference reference_;
+  std::vector<std::vector<double>> values_;  // of each run
+  std::vector<std::size_t> rung_runs_;       // indices of the ladder's runs
+  std::vector<TradeoffSetting> later_;       // rungs that come after the variations
+  double actual_by_predicted_ = 1;
+  double factor_s_ = 0;
+  double wall_by_seconds_ =
+      1.5;  // of measuring a setting: repeats, invariants and comparing are not the solve
+  bool over_ = false;
+  Tradeoff result_;
+};
+
+}  // namespace
+
+Tradeoff measure_tradeoff(const DeviceOptions& device, const Scene& scene, const TradeoffOptions& options) {
+  if (!(options.budget_s > 0) || !std::isfinite(options.budget_s))
+    throw UsageError(fmt::format("--budget {} is not a time in seconds", options.budget_s));
+  if (options.points == 0 || options.points > 1'000'000)
+    throw UsageError(fmt::format("--points {} is not between 1 and 1000000", options.points));
+  const std::size_t wanted = options.sensors.size() * scene.bands.size();
+  if (!options.known.empty() && options.known.size() != wanted)
+    throw UsageError(fmt::format("{} values of known irradiance for {} sensors of {} bands",
+                                 options.known.size(), options.sensors.size(), scene.bands.size()));
+  return Measurement(device, scene, options).run();
+}
+
+}  // namespace clrad
