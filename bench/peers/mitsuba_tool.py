@@ -1,11 +1,13 @@
 """Mitsuba 3: irradiance at points by paths from there."""
+import time
+
 import drjit as dr
 import mitsuba as mi
 import numpy as np
 
 mi.set_variant("llvm_ad_rgb")
 
-WAVE = 1 << 22  # paths at a time: larger ones are no faster and take more memory
+WAVE = 1 << 24  # paths at a time: larger ones are no faster and take more memory
 OFFSET = 1e-5  # of a point from its surface [m], so that float rounding does not put it behind
 
 
@@ -69,26 +71,25 @@ def reflected(scene, sampler, ray, roulette):
 
 class Tool:
     name = "Mitsuba 3"
-    random = True
 
     def __init__(self, room, cores):
         self.scene = scene_of(room)
         dr.set_thread_count(cores)
         self.integrator = mi.load_dict({"type": "path", "max_depth": -1, "rr_depth": 5})
 
-    def run(self, points, settings, seed):
-        """[point][band] [W/m^2]."""
+    def run(self, points, settings, seed, limit=None):
+        """Irradiance, [point][band] [W/m^2], and the seconds that it took."""
+        start = time.perf_counter()
         count = len(points.position)
         position = mi.Point3f(*np.ascontiguousarray((points.position + OFFSET * points.normal).T, dtype=np.float32))
         normal = mi.Normal3f(*np.ascontiguousarray(points.normal.T, dtype=np.float32))
         total = np.zeros((count, 3))
-        left, rounds = settings["samples"], 0
-        while left:
-            samples = min(left, max(1, WAVE // count))
-            total += samples * self.wave(position, normal, count, samples, settings, seed * 1000 + rounds)
-            left -= samples
-            rounds += 1
-        return total / settings["samples"]
+        samples, rounds = settings["samples"], 1
+        while samples * count > WAVE and samples % 4 == 0:  # so that what stratified samplers get stays a square
+            samples, rounds = samples // 4, rounds * 4
+        for k in range(rounds):
+            total += self.wave(position, normal, count, samples, settings, seed * 100000 + k)
+        return total / rounds, time.perf_counter() - start
 
     def wave(self, position, normal, count, samples, settings, seed):
         sampler = mi.load_dict({"type": settings["sampler"], "sample_count": samples})

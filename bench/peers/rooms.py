@@ -38,11 +38,11 @@ class Room:
 
 class Points:
     """Where irradiance is asked for: position [m] and unit normal, [point][axis]; polygon and its parameters (u, v) where
-    known. answer: irradiance [point][band] and its standard error, or None."""
+    known. answer: irradiance [point][band] and its standard error; or halves: two independent ones, [half][point][band]."""
 
     def __init__(self, position, normal, polygon=None, uv=None, answer=None, error=None):
         self.position, self.normal, self.polygon, self.uv = position, normal, polygon, uv
-        self.answer, self.error = answer, error
+        self.answer, self.error, self.halves = answer, error, None
 
     @staticmethod
     def of_reference(case):
@@ -107,7 +107,10 @@ def rooms():
 
 
 def rms(values, points):
-    """RMS error relative to the mean of the answer, the answer's own standard error subtracted in quadrature. `values` and
-    the answer may be lists of independent ones."""
+    """RMS error relative to the mean of the answer, the answer's own chance taken out: by its standard error, in quadrature, or,
+    where it is two independent halves A and B, by the mean of (H - A) (H - B), in which it cancels."""
+    if points.halves is not None:
+        a, b = points.halves
+        return math.sqrt(max(0.0, np.mean((values - a) * (values - b)))) / points.halves.mean()
     squares = np.mean((values - points.answer) ** 2) - np.mean(points.error**2)
     return math.sqrt(max(0.0, squares)) / np.mean(points.answer)
