@@ -25,6 +25,12 @@ struct Place {
   double u, v;
 };
 
+// The defaults of everything else, and the estimate without which there is no target.
+void set_target(SolveOptions& o, double relative) {
+  o.target_error = relative;
+  o.error = true;
+}
+
 SolveOptions options_of(const json& settings, double extent) {
   SolveOptions o;
   o.error = settings.value("error", false);  // peers do not say what they are off by either
@@ -45,6 +51,8 @@ SolveOptions options_of(const json& settings, double extent) {
       o.adaptive.tolerance = value;
     else if (name == "levels")
       o.adaptive.max_level = value;
+    else if (name == "target")
+      set_target(o, value);
     else if (name != "error")
       throw UsageError("no setting " + name);
   }

@@ -6,11 +6,9 @@ import numpy as np
 
 
 class Tool:
-    name = "clrad"
-
-    def __init__(self, room, cores, program, folder):
-        self.room, self.cores = room, cores
-        self.values = f"{folder}/clrad.values"
+    def __init__(self, room, cores, program, folder, name="clrad"):
+        self.name, self.room, self.cores = name, room, cores
+        self.values = f"{folder}/{name}.values"
         self.child = subprocess.Popen([program], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
                                       text=True)
 

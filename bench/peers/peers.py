@@ -42,8 +42,10 @@ def mitsuba_families():
 def radiance_grid(what):
     """Without its cache hemispheres are sampled anew at every point; with it (-aa above 0) they are kept and interpolated."""
     if what == "points":
-        for direct, bounces, rays in itertools.product((0, 4, 8), (4, 8), (16, 64, 256, 1024, 4096)):
-            yield {"-aa": 0, "-ab": bounces, "-ad": rays, "-as": 0, "-ds": 0.2 if direct else 0.05, "direct": direct}
+        for direct, bounces, all_rays in ((0, 4, (16, 64)), (0, 8, (64, 256)), (4, 8, (64, 256, 1024)),
+                                          (4, 14, (256, 1024, 4096, 16384)), (8, 14, (1024, 4096, 16384))):
+            for rays in all_rays:
+                yield {"-aa": 0, "-ab": bounces, "-ad": rays, "-as": 0, "-ds": 0.2 if direct else 0.05, "direct": direct}
         return
     for rays in (4, 16, 64):
         yield {"-aa": 0, "-ab": 6, "-ad": rays, "-as": 0, "-ds": 0.2, "direct": 2}
@@ -56,9 +58,10 @@ def clrad_grid(what):
     """Of points the gather alone is to be careful, over the whole scene the mesh and the shadows. Lengths are shares of the
     scene's extent."""
     if what == "points":
-        for (patches, elements), rays in itertools.product(
-                ((1, 2), (2, 4), (2, 8), (4, 8), (4, 16), (8, 16), (8, 32), (16, 32)), (256, 1024, 4096, 16384, 65536)):
-            yield {"patches": patches, "elements": elements, "light samples": 64, "sensor rays": rays}
+        for (patches, elements), converge, rays in itertools.product(
+                ((1, 2), (2, 4), (2, 8), (4, 8), (4, 16), (8, 16), (8, 32), (16, 32), (16, 64)), (1e-2, 1e-3),
+                (256, 2048, 16384)):
+            yield {"patches": patches, "elements": elements, "light samples": 64, "converge": converge, "sensor rays": rays}
         return
     for patches, elements, (samples, light) in itertools.product(
             (2, 4, 8, 16), (8, 16, 32, 64, 128), ((1, 16), (2, 64), (4, 256), (8, 1024))):
@@ -66,6 +69,12 @@ def clrad_grid(what):
             yield {"patches": patches, "elements": elements, "samples": samples, "light samples": light}
     for patches, elements, tolerance, light in itertools.product((4, 8), (16, 32), (0.1, 0.03, 0.01), (64, 256)):
         yield {"patches": patches, "elements": elements, "light samples": light, "adaptive": tolerance, "levels": 3}
+
+
+def clrad_targets():
+    """What a user does who does not know the grid."""
+    for target in TARGETS:
+        yield {"target": target}
 
 
 class Row:
@@ -83,6 +92,8 @@ def measure(tool, points, settings, seeds, limit=None):
             return None
         squares.append(rms(values, points) ** 2)
         seconds.append(took)
+        if sum(seconds) > LONG / 3:
+            break
     row = Row(tool.name, settings, math.sqrt(np.mean(squares)), float(np.median(seconds)))
     say(f"    {row.tool:<22} {100 * row.error:8.3f} %  {row.seconds:9.4f} s  {settings}")
     return row
@@ -136,17 +147,16 @@ def sweep_grid(tool, points, grid, seeds, budget):
 
 
 def fastest(rows, target):
-    good = [row for row in rows if row.error <= target]
+    good = [row for row in rows if row.error <= target and row.settings.get("target", target) == target]
     return min(good, key=lambda row: row.seconds) if good else None
 
 
 def reference(room, tool, clrad, folder, quick):
     """Irradiance all over by two long runs of Mitsuba that know nothing of each other: with both, chance in them cancels (rms()).
     Kept in a file, made once."""
-    points = room.everywhere
-    file = folder / f"{room.id}-{'quick' if quick else 'long'}.npz"
+    points, samples = room.everywhere, 256 if quick else 4096
+    file = folder / f"{room.id}-{samples}.npz"
     if not file.exists():
-        samples = 256 if quick else 4096
         say(f"  {room.id}: making the reference all over the surfaces, {samples} paths a point, twice")
         halves = [tool.run(points, {"strategy": "split", "sampler": "stratified", "direct": 1, "roulette": 5,
                                     "samples": samples}, 10**4 + k)[0] for k in range(2)]
@@ -215,19 +225,22 @@ def main():
         if arguments.case and arguments.case not in room.id or arguments.quick and "block" not in room.id:
             continue
         tools = {tool.name: tool for tool in (clrad_tool.Tool(room, cores, arguments.program, folder),
+                                              clrad_tool.Tool(room, cores, arguments.program, folder, "clrad --target-error"),
                                               mitsuba_tool.Tool(room, cores), radiance_tool.Tool(room, cores, folder))}
-        clrad, mitsuba, radiance = tools.values()
+        clrad, clrad_told, mitsuba, radiance = tools.values()
         for what in ("points", "scene"):
             if arguments.what not in (None, what):
                 continue
             say(f"{room.id}, {what}")
             points = room.points if what == "points" else room.everywhere
             seeds = {"points": 4, "scene": 1}[what]
-            clrad.run(points, {"patches": 2, "elements": 8}, 0)  # builds kernels
+            for tool in (clrad, clrad_told):
+                tool.run(points, {"patches": 2, "elements": 8}, 0)  # builds kernels
             if what == "scene":
                 references.append(reference(room, mitsuba, clrad, folder, arguments.quick))
             found = {
-                clrad.name: sweep_grid(clrad, points, clrad_grid(what), seeds, budget),
+                clrad.name: sweep_grid(clrad, points, clrad_grid(what), min(seeds, 2), budget),
+                clrad_told.name: sweep_grid(clrad_told, points, clrad_targets(), min(seeds, 2), budget),
                 mitsuba.name: sweep_mitsuba(mitsuba, points, what, seeds),
                 radiance.name: sweep_grid(radiance, points, radiance_grid(what), seeds, budget),
             }
