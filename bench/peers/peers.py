@@ -24,7 +24,7 @@ from rooms import rms, rooms
 
 TARGETS = (0.05, 0.01, 0.003)
 ROUNDS = 5  # of the turns
-LONG = 60.0  # seconds; runs expected to take longer are not made: of tools whose error is chance alone, it and their time
+LONG = 40.0  # seconds; runs expected to take longer are not made: of tools whose error is chance alone, it and their time
 # are scaled from the longest that was, and marked so
 
 STRATIFIED = [k * k for k in (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256, 384, 512)]
@@ -47,11 +47,11 @@ def radiance_grid(what):
             for rays in all_rays:
                 yield {"-aa": 0, "-ab": bounces, "-ad": rays, "-as": 0, "-ds": 0.2 if direct else 0.05, "direct": direct}
         return
-    for rays in (4, 16, 64):
-        yield {"-aa": 0, "-ab": 6, "-ad": rays, "-as": 0, "-ds": 0.2, "direct": 2}
-    for (accuracy, rays), bounces, direct in itertools.product(((0.3, 128), (0.2, 256), (0.15, 1024)), (3, 6), (0, 2, 4)):
+    for (accuracy, rays), bounces, direct in itertools.product(((0.4, 64), (0.3, 128), (0.2, 256), (0.15, 1024)), (3, 6), (0, 2)):
         yield {"-aa": accuracy, "-ar": 32, "-ab": bounces, "-ad": rays, "-as": rays // 2, "-ds": 0.2 if direct else 0.05,
                "direct": direct}
+    for rays in (16, 64, 256):
+        yield {"-aa": 0, "-ab": 6, "-ad": rays, "-as": 0, "-ds": 0.05, "direct": 0}
 
 
 def clrad_grid(what):
@@ -63,12 +63,11 @@ def clrad_grid(what):
                 (256, 2048, 16384)):
             yield {"patches": patches, "elements": elements, "light samples": 64, "converge": converge, "sensor rays": rays}
         return
-    for patches, elements, (samples, light) in itertools.product(
-            (2, 4, 8, 16), (8, 16, 32, 64, 128), ((1, 16), (2, 64), (4, 256), (8, 1024))):
-        if elements >= 2 * patches:
-            yield {"patches": patches, "elements": elements, "samples": samples, "light samples": light}
-    for patches, elements, tolerance, light in itertools.product((4, 8), (16, 32), (0.1, 0.03, 0.01), (64, 256)):
-        yield {"patches": patches, "elements": elements, "light samples": light, "adaptive": tolerance, "levels": 3}
+    meshes = ((4, 8), (4, 16), (4, 32), (8, 16), (8, 32), (8, 64), (12, 48), (16, 64), (16, 128), (24, 96), (32, 128))
+    for (patches, elements), converge, (samples, light) in itertools.product(meshes, (1e-2, 1e-3), ((2, 64), (4, 256))):
+        yield {"patches": patches, "elements": elements, "converge": converge, "samples": samples, "light samples": light}
+    for (patches, elements), tolerance in itertools.product(((4, 16), (8, 16), (8, 32), (16, 32)), (0.1, 0.03, 0.01)):
+        yield {"patches": patches, "elements": elements, "adaptive": tolerance, "levels": 3}
 
 
 def clrad_targets():
@@ -100,16 +99,21 @@ def measure(tool, points, settings, seeds, limit=None):
 
 
 def sweep_mitsuba(tool, points, what, seeds):
-    """Each family at few samples; the two of least time x error^2, which does not depend on how many there are, at all."""
+    """Each family at few samples; the best by time x error^2, which does not depend on how many there are, and the next where it is
+    about as good, at all."""
     pilot = {"points": 256, "scene": 16}[what]
     pilots = []
     for family in mitsuba_families():
         settings = {**family, "samples": pilot}
         tool.run(points, settings, 99)
-        pilots.append(measure(tool, points, settings, seeds))
-    pilots.sort(key=lambda row: row.seconds * row.error**2)
+        pilots.append(measure(tool, points, settings, max(3, seeds)))
+
+    def merit(row):
+        return row.seconds * row.error**2
+
+    pilots.sort(key=merit)
     rows = list(pilots)
-    for row in pilots[:2]:
+    for row in pilots[:2] if merit(pilots[1]) < 1.25 * merit(pilots[0]) else pilots[:1]:
         for samples in STRATIFIED:
             settings = {**row.settings, "samples": samples}
             if row.seconds * samples / row.settings["samples"] > LONG:
@@ -121,7 +125,8 @@ def sweep_mitsuba(tool, points, what, seeds):
             rows.append(measure(tool, points, settings, seeds))
             if rows[-1].error < 0.8 * TARGETS[-1]:
                 break
-        last = max((r for r in rows if r.settings["strategy"] == row.settings["strategy"]), key=lambda r: r.seconds)
+        family = {**row.settings, "samples": 0}
+        last = max((r for r in rows if {**r.settings, "samples": 0} == family), key=lambda r: r.settings["samples"])
         for target in TARGETS:
             more = (last.error / target) ** 2
             if more > 1:
@@ -131,14 +136,17 @@ def sweep_mitsuba(tool, points, what, seeds):
 
 
 def sweep_grid(tool, points, grid, seeds, budget):
-    """All of it, but nothing of which a cheaper setting already took too long: grids ascend in their last entries."""
+    """All of it that `budget` seconds are enough for."""
     rows, begin = [], time.monotonic()
-    done = 0
-    for done, settings in enumerate(grid, 1):
+    for settings in grid:
         if time.monotonic() - begin > budget:
             say(f"    {tool.name}: out of time, the rest of its grid is left out")
             break
-        row = measure(tool, points, settings, seeds, LONG)
+        try:
+            row = measure(tool, points, settings, seeds, LONG)
+        except RuntimeError as trouble:
+            say(f"    {trouble}")
+            continue
         if row:
             rows.append(row)
         else:
