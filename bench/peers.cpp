@@ -1,8 +1,8 @@
 // clrad's turns in `./run bench peers` (bench/peers/peers.py asks for them): solves that another program chooses, timed in a
 // process that is warm.
 // bench_peers: one JSON request a line on stdin, one JSON answer a line on stdout.
-//   request {case, cores, seed, settings {...}, sensors: [[x y z nx ny nz]] or places: [[polygon u v]], values: file}
-//   answer  {seconds, solve_s, patches, elements, rays}, or {trouble}
+//   request {case, cores, seed, limit [s], settings {...}, sensors: [[x y z nx ny nz]] or places: [[polygon u v]], values: file}
+//   answer  {seconds, stopped (by the limit), solve_s, patches, elements, rays}, or {trouble}
 // values: doubles, [point][band], irradiance [W/m^2]: of a gather at sensors, of what is displayed at places.
 #include <chrono>
 #include <fstream>
@@ -83,16 +83,23 @@ class Bench {
     Device& device = device_of(request.at("cores"));
 
     const auto start = std::chrono::steady_clock::now();
+    const auto elapsed = [start] {
+      return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    };
+    options.progress = [elapsed, limit = request.value("limit", 1e9)](const Progress&) {
+      return elapsed() < limit;
+    };
     const Solution s = solve(device, scene, options);
     std::vector<double> values = places.empty() ? std::vector<double>() : shown(s, places);
     for (const SensorResult& r : s.sensors)
       values.insert(values.end(), r.irradiance.begin(), r.irradiance.end());
-    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    const double seconds = elapsed();
 
     std::ofstream out(request.at("values").get<std::string>(), std::ios::binary);
     out.write(reinterpret_cast<const char*>(values.data()), std::streamsize(values.size() * sizeof(double)));
     if (!out) throw Error("cannot write " + request.at("values").get<std::string>());
     return {{"seconds", seconds},
+            {"stopped", s.stopped},
             {"solve_s", s.report.seconds.solve},
             {"patches", s.mesh.patches.size()},
             {"elements", s.mesh.elements.size()},

@@ -22,11 +22,15 @@ class Tool:
         else:
             request["places"] = [[int(p), *uv] for p, uv in zip(points.polygon, points.uv.tolist())]
         request["settings"] = settings
+        if limit:
+            request["limit"] = limit
         self.child.stdin.write(json.dumps(request) + "\n")
         self.child.stdin.flush()
         answer = json.loads(self.child.stdout.readline())
         if "trouble" in answer:
             raise RuntimeError(f"clrad with {settings}: {answer['trouble']}")
+        if answer["stopped"]:
+            return None, answer["seconds"]
         return np.fromfile(self.values).reshape(-1, 3), answer["seconds"]
 
     def close(self):
