@@ -181,11 +181,14 @@ def reference(room, tool, clrad, folder, quick):
 
 
 def turns(tools, rows, points, rounds):
-    """Median seconds of each of `rows`, the tools in turn. Long and extrapolated ones keep the time that they have."""
-    again = [row for row in rows if row and not row.extrapolated and row.seconds < LONG / 4]
+    """Median seconds of each of `rows`, the tools in turn; slower ones have fewer turns, long and extrapolated ones keep the time
+    that they have."""
+    again = [row for row in rows if row and not row.extrapolated and row.seconds < LONG / 8]
     seconds = {id(row): [] for row in again}
     for k in range(rounds + 1):  # the first warms up
         for row in again:
+            if k > 2 and k * row.seconds > LONG / 4:
+                continue
             _, took = tools[row.tool].run(points, row.settings, k)
             if k > 0:
                 seconds[id(row)].append(took)
