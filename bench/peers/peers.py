@@ -47,7 +47,8 @@ def radiance_grid(what):
             for rays in all_rays:
                 yield {"-aa": 0, "-ab": bounces, "-ad": rays, "-as": 0, "-ds": 0.2 if direct else 0.05, "direct": direct}
         return
-    for (accuracy, rays), bounces, direct in itertools.product(((0.4, 64), (0.3, 128), (0.2, 256), (0.15, 1024)), (3, 6), (0, 2)):
+    for (accuracy, rays), bounces, direct in itertools.product(
+            ((0.6, 32), (0.4, 64), (0.3, 128), (0.2, 256), (0.15, 1024)), (4, 8), (0, 2)):
         yield {"-aa": accuracy, "-ar": 32, "-ab": bounces, "-ad": rays, "-as": rays // 2, "-ds": 0.2 if direct else 0.05,
                "direct": direct}
     for rays in (16, 64, 256):
