@@ -21,7 +21,7 @@ constexpr const char* sensor_kernels = "solve/sensor.cl";
 constexpr double first_share = 0.125;
 // Vertices get as many rays as the sensors altogether, but each no fewer than this, nor more than a share of what a sensor gets.
 constexpr std::uint64_t fewest_vertex_rays = 256, sensor_per_vertex_rays = 4;
-constexpr std::uint64_t most_patches_per_ray = 2, most_vertex_work = 4;
+constexpr std::uint64_t most_patches_per_ray = 2, most_vertex_work = 4, always_vertex_work = 1 << 20;
 constexpr double most_alike = 2.5;
 // What a patch whose vertices are all dark may have all the same, in shares of the mean irradiance: rays are to find it.
 constexpr double dark_share = 0.02;
@@ -413,7 +413,9 @@ double gather_at_vertices(Device& device, const Solution& solution, Surroundings
   way.rays = std::uint32_t(std::max(fewest_vertex_rays, share));
   if (around.patches > most_patches_per_ray * way.rays) return 0;
   // A mesh as fine as that shows the light itself, and its vertices would take far longer than the sensors.
-  if (places.points.size() * way.rays > most_vertex_work * sensors * rays_of_sensor) return 0;
+  if (places.points.size() * way.rays >
+      std::max(always_vertex_work, most_vertex_work * sensors * rays_of_sensor))
+    return 0;
   const PointArray at(device, places.points, "vertices");
   RealArray irradiance(device, places.points.size() * solution.bands, "irradiance of vertices"),
       error(device, places.points.size() * solution.bands, "irradiance of vertices");

@@ -15,10 +15,10 @@ namespace {
 using Json = nlohmann::json;
 
 // Paths of the numbers that are not finite, which JSON writes as null. By null these say that they are unknown: the
-// total of the error, effects, and what rows of the linear system that were not all traced, or have no defect, amplify.
+// total of the error and that of sensors that are not there, effects, and what rows of the linear system that were not all traced, or have no defect, amplify.
 void find_nulls(const Json& value, const std::string& path, std::vector<std::string>& found) {
   if (value.is_null() && !path.starts_with("/closure/") && !path.ends_with("/total_relative") &&
-      !path.ends_with("/skip_error_relative"))
+      !path.ends_with("/sensors_relative") && !path.ends_with("/skip_error_relative"))
     found.push_back(path);
   if (value.is_object())
     for (const auto& [key, part] : value.items()) find_nulls(part, path + "/" + key, found);

@@ -66,7 +66,7 @@ TEST(ReportJson, HasTheKeysOfItsSchema) {
   EXPECT_EQ(keys(r["seconds"]), (Keys{"import", "build", "solve", "render", "total"}));
   EXPECT_EQ(keys(r["energy"]),
             (Keys{"closed", "emitted_W", "absorbed_W", "unshot_W", "unaccounted_W", "unaccounted_relative"}));
-  EXPECT_EQ(keys(r["error"]), (Keys{"total_relative", "parts"}));
+  EXPECT_EQ(keys(r["error"]), (Keys{"total_relative", "sensors_relative", "parts", "sensor_parts"}));
   EXPECT_EQ(keys(r["error"]["parts"][0]), (Keys{"name", "relative", "kind"}));
   EXPECT_EQ(keys(r["invariants"][0]), (Keys{"name", "worst", "allowed", "holds"}));
   EXPECT_EQ(keys(r["memory"]), (Keys{"device_peak_bytes", "host_peak_bytes"}));

@@ -55,7 +55,11 @@ Solution full_solution() {
   r.exact_tests = 16;
   r.seconds = {0.1, 0.2, 0.3, 0.4, 1.0};
   r.energy = {true, {1, 2, 3}, {0.5, 0.6, 0.7}, {0.1, 0.1, -0.0}, {0, 1e-300, 5e-324}, 0.01};
-  r.error = {0.02, {{"convergence", 0.01, true}, {"visibility", 0.017, false}}};
+  r.error = {0.02,
+             0.03,
+             {{"convergence", 0.01, true}, {"visibility", 0.017, false}},
+             {{"sensor rays", 0.03, false}}};
+  r.target = {0.05, 20, true, false, {{0.5, 0.25, 4, 256, 1024, 0.07, 1.5}}};
   r.refinement = {1, 2, 3, 4, 5, 6, 7, 8, 9};
   r.invariants = {{"row sums", 1.01, 1.0, false}};
   r.warnings = {"one", "two"};

@@ -1,0 +1,121 @@
+// Solving to an error or within a time.
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <filesystem>
+
+#include "clrad/clrad.hpp"
+#include "oracle/reference.hpp"
+
+namespace clrad {
+namespace {
+
+Device& target_device() {
+  static Device device;
+  return device;
+}
+
+double rms_at(const Solution& s, const nlohmann::json& points) {
+  double squares = 0, mean = 0, n = 0;
+  for (std::size_t i = 0; i < s.sensors.size(); ++i)
+    for (std::size_t b = 0; b < 3; ++b) {
+      const double h = points.at(i).at("H").at(b), off = s.sensors[i].irradiance[b] - h;
+      squares += off * off, mean += h, n += 1;
+    }
+  return std::sqrt(squares / n) / (mean / n);
+}
+
+TEST(Target, AnErrorAtSensorsIsMet) {
+  const auto data = oracle::reference("c_boxes.json");
+  const auto& reference = oracle::reference_case(data, "C-daylit-1");
+  const Scene scene = oracle::scene_of(reference.at("scene"));
+  SolveOptions o;
+  for (const auto& p : reference.at("points"))
+    o.sensors.push_back({oracle::vec(p.at("point")), oracle::vec(p.at("normal"))});
+  for (const double target : {0.05, 0.01}) {
+    o.target_error = target;
+    const Solution s = solve(target_device(), scene, o);
+    EXPECT_TRUE(s.report.target.met);
+    EXPECT_TRUE(s.report.target.at_sensors);
+    EXPECT_LE(s.report.error.sensors_relative, target);
+    EXPECT_LT(rms_at(s, reference.at("points")), target);
+  }
+}
+
+TEST(Target, AnErrorOfTheSceneIsMetByFinerAndFinerSolves) {
+  const Scene scene = oracle::block_room();
+  SolveOptions o;
+  o.target_error = 0.015;
+  const Solution s = solve(target_device(), scene, o);
+  EXPECT_TRUE(s.report.target.met);
+  EXPECT_FALSE(s.report.target.at_sensors);
+  EXPECT_LE(s.report.error.total_relative, 0.015);
+  const std::vector<TargetStep>& steps = s.report.target.steps;
+  ASSERT_GT(steps.size(), 1u);
+  for (std::size_t i = 1; i < steps.size(); ++i) {
+    EXPECT_GT(steps[i - 1].error_relative, 0.015);
+    EXPECT_LE(steps[i].element_edge_m, steps[i - 1].element_edge_m * 1.001);
+  }
+  EXPECT_EQ(s.mesh.patch_edge_m, steps.back().patch_edge_m);
+}
+
+// The solve of the budget's last step may be stopped, and what follows a shoot that is under way takes a moment: 10 %.
+TEST(Target, ATimeIsKept) {
+  const Scene scene = oracle::block_room();
+  SolveOptions o;
+  o.mesh.patch_edge_m = 2;
+  solve(target_device(), scene, o);  // kernels
+  o.mesh.patch_edge_m = 0;
+  o.time_budget_s = 3;
+  const auto start = std::chrono::steady_clock::now();
+  const Solution s = solve(target_device(), scene, o);
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  EXPECT_LT(seconds, 3.3);
+  EXPECT_FALSE(s.stopped);
+  EXPECT_TRUE(s.report.target.met);
+  EXPECT_GT(s.report.target.steps.size(), 1u);
+}
+
+TEST(Target, WhatCannotBeMetIsSaidWithTheBestThatThereIs) {
+  const Scene scene = oracle::block_room();
+  SolveOptions o;
+  o.target_error = 1e-6, o.time_budget_s = 1;
+  const Solution s = solve(target_device(), scene, o);
+  EXPECT_FALSE(s.report.target.met);
+  EXPECT_FALSE(s.report.warnings.empty());
+  EXPECT_GT(s.report.error.total_relative, 1e-6);
+}
+
+// A run that is stopped in its second step goes on with that one.
+TEST(Target, GoesOnFromACheckpoint) {
+  const Scene scene = oracle::block_room();
+  const std::string file = ::testing::TempDir() + "target.ck";
+  SolveOptions o;
+  o.target_error = 0.015;
+  o.checkpoint = file, o.checkpoint_every_s = 0;
+  o.progress = [](const Progress& p) { return !(p.stage.starts_with("step 2") && p.shoots > 20); };
+  const Solution stopped = solve(target_device(), scene, o);
+  EXPECT_FALSE(stopped.report.target.met);
+  o.progress = nullptr, o.resume = file;
+  const Solution s = solve(target_device(), scene, o);
+  EXPECT_TRUE(s.report.target.met);
+  EXPECT_EQ(s.report.target.steps.front().patch_edge_m, stopped.report.target.steps.back().patch_edge_m);
+  EXPECT_EQ(s.report.target.steps.front().element_edge_m, stopped.report.target.steps.back().element_edge_m);
+  std::filesystem::remove(file);
+}
+
+TEST(Target, AskingForWhatIsNotThereIsAUsageError) {
+  const Scene scene = oracle::block_room();
+  SolveOptions o;
+  o.target_error = 0.01, o.target_of = TargetOf::sensors;
+  EXPECT_THROW(solve(target_device(), scene, o), UsageError);
+  o.target_of = TargetOf::scene, o.error = false;
+  EXPECT_THROW(solve(target_device(), scene, o), UsageError);
+  o.error = true, o.target_error = 1.5;
+  EXPECT_THROW(solve(target_device(), scene, o), UsageError);
+  o.target_error = 0, o.time_budget_s = -1;
+  EXPECT_THROW(solve(target_device(), scene, o), UsageError);
+}
+
+}  // namespace
+}  // namespace clrad
