@@ -298,6 +298,10 @@ void estimate_error(SolveState& state, Solution& solution, const std::vector<dou
   const Twice at_vertex{minus(at_vertices, there.first), minus(at_vertices, there.second)};
   const Twice everywhere{minus(shown, here.first), minus(shown, here.second)};
   const double visibility = visible.error_square(amplification);
+  // The near field corrects columns in proportion: with wrong form factors what it leaves is their fault, and the rest counts.
+  const double shot = state.options.estimator == Estimator::exact
+                          ? shooting.error_square(amplification)
+                          : at_vertex.error_square(amplification) - factors - visibility;
   const double echo2 = std::pow(echo_of(state), 2);
   // What so few points and rays leave open is added.
   const double receiving = echo2 * (everywhere.error_square(amplification) + everywhere.open() -
@@ -305,7 +309,7 @@ void estimate_error(SolveState& state, Solution& solution, const std::vector<dou
   parts.push_back({"form factor", relative(factors), false});
   parts.push_back({"visibility", relative(visibility), false});
   parts.push_back({"mesh-receive", relative(receiving), false});
-  parts.push_back({"mesh-shoot", relative(echo2 * shooting.error_square(amplification)), false});
+  parts.push_back({"mesh-shoot", relative(echo2 * shot), false});
   parts.push_back({"convergence", relative(mean_over_bands_of_square(solution.ambient)), false});
   total_up(state, solution, mean, error_of_seen_light(solution, inside, everywhere, amplification),
            regathered);

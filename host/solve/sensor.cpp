@@ -21,7 +21,9 @@ constexpr const char* sensor_kernels = "solve/sensor.cl";
 constexpr double first_share = 0.125;
 // Vertices get as many rays as the sensors altogether, but each no fewer than this, nor more than a share of what a sensor gets.
 constexpr std::uint64_t fewest_vertex_rays = 256, sensor_per_vertex_rays = 4;
-constexpr std::uint64_t most_patches_per_ray = 2, most_vertex_work = 4, always_vertex_work = 1 << 20;
+constexpr std::uint64_t most_patches_per_ray = 2, most_vertex_work = 4, always_vertex_work = 1 << 22;
+// A check is not to be what decides how much memory a solve takes.
+constexpr std::uint64_t most_check_bytes = 32 << 20;
 constexpr double most_alike = 2.5;
 // What a patch whose vertices are all dark may have all the same, in shares of the mean irradiance: rays are to find it.
 constexpr double dark_share = 0.02;
@@ -359,10 +361,10 @@ class Gather {
 // twice that.
 void gather_at(Device& device, const Solution& solution, const Surroundings& around, const PointArray& points,
                VisibilityEngine& engine, const Way& way, const Glass* glass, Lights* lights,
-               RealArray& irradiance, RealArray& error) {
+               RealArray& irradiance, RealArray& error, std::uint64_t most_bytes = ~std::uint64_t(0)) {
   const auto count = std::uint32_t(points.size());
-  const std::uint64_t room =
-      (device.ledger()->limit - std::min(device.ledger()->limit, device.ledger()->held)) / 4;
+  const std::uint64_t room = std::min(
+      most_bytes, (device.ledger()->limit - std::min(device.ledger()->limit, device.ledger()->held)) / 4);
   const std::uint64_t per_point = (std::uint64_t(way.rays) + 4 * std::uint64_t(around.patches)) *
                                   (400 + 16 * std::uint64_t(solution.bands));
   const auto batch = std::uint32_t(std::clamp<std::uint64_t>(
@@ -528,7 +530,8 @@ std::vector<std::vector<double>> gather_for_check(Device& device, const Solution
     const std::uint64_t values = check.points->size() * solution.bands;
     RealArray irradiance(device, values, "irradiance at points"),
         error(device, values, "irradiance at points");
-    gather_at(device, solution, around, *check.points, engine, way, glass, lights, irradiance, error);
+    gather_at(device, solution, around, *check.points, engine, way, glass, lights, irradiance, error,
+              most_check_bytes);
     results.push_back(irradiance.download());
     if (lights) add_light_of(*lights, device, engine, *check.points, solution.bands, results.back());
   }

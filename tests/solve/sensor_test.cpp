@@ -91,6 +91,7 @@ SolveOptions some_sensors(std::uint32_t rays) {
 TEST(Sensor, StandardErrorIsTheSpreadOverSeeds) {
   constexpr int seeds = 6;
   SolveOptions options = some_sensors(2048);
+  options.error = false;  // what the solution itself is off by is the same in all
   const Scene scene = cornell();
   Device device;
   std::vector<double> sum, squares;

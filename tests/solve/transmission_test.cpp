@@ -437,6 +437,7 @@ TEST(Transmission, LittleMemoryGivesTheSameBits) {
   SolveOptions options = room_options();
   options.sensors.clear();
   options.mesh = {1.0, 0.25};
+  options.error = false;  // half of what that takes would hold the columns
   Device device;
   const Solution roomy = solve(device, scene, options);
   Device small({.memory_bytes = roomy.report.device_peak_bytes / 2});
