@@ -22,7 +22,7 @@
 namespace clrad {
 namespace {
 
-// Parts of the budget: until when the ladder may climb, and what is kept for refining the reference at the end. Settings
+// Parts of the budget: how much of what the first references leave the ladder may take, and what is kept for refining the reference at the end. Settings
 // come early, so that a measurement that is stopped has some.
 constexpr double ladder_share = 0.45, last_reference_share = 0.25;
 // A level of the reference takes about this much longer than the one before, and is about twice as good or better.
@@ -340,13 +340,14 @@ class Measurement {
 
   void climb() {
     std::vector<TradeoffSetting> rungs = ladder_settings(extent_, base_);
+    const double until = seconds() + ladder_share * left();
     for (TradeoffSetting& rung : rungs) {
       if (over_) return;
       rung.precision = device_options_.precision;
       if (!is_new(rung)) continue;
       const bool must = result_.runs.empty();
       const double p = predicted(rung);
-      if (!must && seconds() + p > ladder_share * options_.budget_s) {
+      if (!must && seconds() + p * wall_by_seconds_ > until) {
         later_.push_back(rung);
         continue;
       }
