@@ -51,6 +51,7 @@ Json setting_json(const TradeoffSetting& s) {
           {"max_level", o.adaptive.max_level},
           {"near_field", o.near_field},
           {"engine", o.engine},
+          {"target_error_relative", o.target_error},
           {"precision", precision_text(s.precision)}};
 }
 
@@ -83,6 +84,7 @@ const std::vector<Look>& looks() {
       {{"samples", "light samples"}, "samples", "#2473b5", 5},
       {{"sensor rays"}, "rays from sensors", "#20a0a0", 15},
       {{"estimator"}, "form factor disk or subdisk", "#c8362f", 15},
+      {{"target"}, "--target-error 5, 1, 0.3 %", "#d6246e", 13},
       {{"convergence"}, "convergence", "#b59b00", 5},
       {{"precision", "engine", "near field"}, "precision, engine, near field", "#888888", 7}};
   return all;
@@ -225,18 +227,19 @@ std::string tradeoff_csv(const Tradeoff& t) {
       "kind,setting,seconds,rms_relative,estimate_relative,on_front,limited_by_reference,patch_edge_m,"
       "element_edge_m,"
       "samples,light_samples,sensor_rays,converge,form_factor,adaptive,max_level,near_field,engine,precision,"
+      "target_error_relative,"
       "patches,"
       "elements,vertices,rays,device_peak_bytes,predicted_s\n";
   for (const TradeoffRun& r : t.runs) {
     const SolveOptions& o = r.setting.options;
     csv += fmt::format(
-        "{},{},{},{},{},{},{},{:.6g},{:.6g},{},{},{},{:g},{},{:g},{},{},{},{},{},{},{},{},{},{}\n",
+        "{},{},{},{},{},{},{},{:.6g},{:.6g},{},{},{},{:g},{},{:g},{},{},{},{},{:g},{},{},{},{},{},{}\n",
         r.setting.kind, csv_text(r.setting.name), csv_number(r.seconds), csv_number(r.rms_relative),
         csv_number(r.estimate_relative), int(r.on_front), int(r.limited_by_reference), o.mesh.patch_edge_m,
         o.mesh.element_edge_m, o.samples, o.light_samples, o.sensor_rays, o.converge,
         estimator_text(o.estimator), o.adaptive.tolerance, o.adaptive.max_level, int(o.near_field), o.engine,
-        precision_text(r.setting.precision), r.patches, r.elements, r.vertices, r.rays, r.device_peak_bytes,
-        csv_number(r.predicted_s));
+        precision_text(r.setting.precision), o.target_error, r.patches, r.elements, r.vertices, r.rays,
+        r.device_peak_bytes, csv_number(r.predicted_s));
   }
   return csv;
 }

@@ -22,9 +22,9 @@
 namespace clrad {
 namespace {
 
-// Parts of the budget: until when the first references may go on, until when the ladder may climb, and what is kept for
-// refining the reference at the end. Settings come early, so that a measurement that is stopped has some.
-constexpr double first_reference_share = 0.05, ladder_share = 0.45, last_reference_share = 0.25;
+// Parts of the budget: how much of what the first references leave the ladder may take, and what is kept for refining the reference at the end. Settings
+// come early, so that a measurement that is stopped has some.
+constexpr double ladder_share = 0.45, last_reference_share = 0.25;
 // A level of the reference takes about this much longer than the one before, and is about twice as good or better.
 constexpr double reference_growth = 4.5;
 // A solve this short is timed again, and the least counts: what else the machine does hardly does less than nothing.
@@ -74,6 +74,7 @@ class Measurement {
     first_reference();
     if (!over_) climb();
     if (!over_) vary();
+    if (!over_) aim();
     if (!over_) refine_reference();
     for (const TradeoffSetting& rung : later_)
       if (!over_) measure(rung, false, predicted(rung), options_.budget_s);
@@ -119,6 +120,7 @@ class Measurement {
     coarse.adaptive.max_level = 1;
     coarse.sensors.resize(std::min<std::size_t>(o.sensors.size(), 2), Sensor{});
     coarse.light_samples = 64, coarse.sensor_rays = 256;
+    coarse.target_error = 0;
     coarse.progress = [&](const Progress& p) {
       return tell("compiling kernels for " + setting.name, -1, p.unshot_relative);
     };
@@ -237,9 +239,8 @@ class Measurement {
       reference_.error_relative = 0;
       result_.reference.what = "exact: in a closed room that is the same everywhere, H = E / (1 - rho)";
     } else {
-      while (!over_ && (reference_.level < 1 || seconds() + reference_growth * reference_.last_s <
-                                                    first_reference_share * options_.budget_s))
-        if (!next_level(reference_.level < 1)) break;
+      while (!over_ && reference_.level < 1 && next_level(true)) {
+      }
     }
   }
 
@@ -311,7 +312,10 @@ class Measurement {
           break;
         }
         const Report& r = s->report;
-        run.seconds = std::min(run.seconds, r.seconds.build + r.seconds.solve);
+        // To a target is more than one solve, and each estimates.
+        run.seconds =
+            std::min(run.seconds,
+                     setting.options.target_error > 0 ? r.seconds.total : r.seconds.build + r.seconds.solve);
         if (k > 0) continue;
         run.estimate_relative = result_.at_sensors ? estimate_at_sensors(r.error) : r.error.total_relative;
         run.patches = s->mesh.patches.size(), run.elements = s->mesh.elements.size();
@@ -336,13 +340,14 @@ class Measurement {
 
   void climb() {
     std::vector<TradeoffSetting> rungs = ladder_settings(extent_, base_);
+    const double until = seconds() + ladder_share * left();
     for (TradeoffSetting& rung : rungs) {
       if (over_) return;
       rung.precision = device_options_.precision;
       if (!is_new(rung)) continue;
       const bool must = result_.runs.empty();
       const double p = predicted(rung);
-      if (!must && seconds() + p > ladder_share * options_.budget_s) {
+      if (!must && seconds() + p * wall_by_seconds_ > until) {
         later_.push_back(rung);
         continue;
       }
@@ -385,6 +390,23 @@ class Measurement {
       if (over_) return;
       measure(s, false, p, pending);
       pending -= p * wall_by_seconds_;
+    }
+  }
+
+  // What solves that aim at an error take, beside settings chosen by hand.
+  void aim() {
+    for (TradeoffSetting& s : target_settings(base_)) {
+      if (over_) return;
+      s.precision = device_options_.precision;
+      // As long as the best by hand, and the coarser solves on the way.
+      double cheapest = INFINITY;
+      for (std::size_t i = 0; i < values_.size(); ++i)
+        if (rms(values_[i], reference_.values) <= s.options.target_error)
+          cheapest = std::min(cheapest, result_.runs[i].seconds);
+      if (std::isinf(cheapest))
+        leave_out(s, NAN, "no setting measured came that far");
+      else
+        measure(s, false, 3 * cheapest, options_.budget_s);
     }
   }
 

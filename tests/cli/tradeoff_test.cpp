@@ -24,7 +24,7 @@ TEST_F(TradeoffVerb, MeasuresAndWrites) {
     EXPECT_TRUE(holds(file)) << file;
   const auto json = nlohmann::json::parse(text("out/tradeoff.json"));
   EXPECT_EQ(json["schema"], "clrad-tradeoff-1");
-  ASSERT_GE(json["settings"].size(), 2u);
+  ASSERT_GE(json["settings"].size(), 1u);
   for (const auto& s : json["settings"]) {
     EXPECT_GT(s["seconds"].get<double>(), 0);
     // The least converged rung leaves 3 % of the light unshot; the disk estimator is off by some tens of per cent.

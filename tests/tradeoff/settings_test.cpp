@@ -70,6 +70,7 @@ TEST(TradeoffSettings, ArgumentsNameWhatIsNotUsual) {
       "--patch-edge 0.125 --element-edge 0.01563 --samples 4 --light-samples 256 --converge 0.001 "
       "--sensor-rays 8192 "
       "--form-factor disk --adaptive 0.05 --max-level 3 --no-near-field --engine chop --precision double");
+  EXPECT_EQ(solve_arguments(target_settings({})[1], false), "--target-error 0.01");
 }
 
 }  // namespace

@@ -78,7 +78,8 @@ TEST(TradeoffWritten, JsonSaysFrontAndAdvice) {
 }
 
 TEST(TradeoffWritten, TicksArePlainNumbers) {
-  EXPECT_EQ(log_ticks(0.1, 2, " %"), "(\"0.1 %%\" 0.1, \"0.2 %%\" 0.2, \"0.5 %%\" 0.5, \"1 %%\" 1, \"2 %%\" 2)");
+  EXPECT_EQ(log_ticks(0.1, 2, " %"),
+            "(\"0.1 %%\" 0.1, \"0.2 %%\" 0.2, \"0.5 %%\" 0.5, \"1 %%\" 1, \"2 %%\" 2)");
   EXPECT_EQ(log_ticks(0.001, 10, " s"),
             "(\"0.001 s\" 0.001, \"0.01 s\" 0.01, \"0.1 s\" 0.1, \"1 s\" 1, \"10 s\" 10)");
 }
