@@ -136,9 +136,12 @@ std::pair<double, double> axis(double low, double high) {
 
 std::string plot_script(const Tradeoff& t) {
   double x0 = INFINITY, x1 = 0, y0 = INFINITY, y1 = 0;
+  double true_low = INFINITY, true_high = 0;
   bool estimates = false;
   for (const TradeoffRun& r : t.runs) {
     if (!drawable(r)) continue;
+    true_low = std::min(true_low, 100 * r.rms_relative),
+    true_high = std::max(true_high, 100 * r.rms_relative);
     x0 = std::min(x0, r.seconds), x1 = std::max(x1, r.seconds);
     y0 = std::min(y0, 100 * r.rms_relative), y1 = std::max(y1, 100 * r.rms_relative);
     if (!(r.estimate_relative > 0)) continue;
@@ -146,6 +149,8 @@ std::string plot_script(const Tradeoff& t) {
     y0 = std::min(y0, 100 * r.estimate_relative), y1 = std::max(y1, 100 * r.estimate_relative);
   }
   if (!(x1 > 0)) return "";
+  // An estimate far off runs out of the picture, rather than make it unreadable.
+  y0 = std::max(y0, true_low / 10), y1 = std::min(y1, true_high * 10);
   const auto [low_x, high_x] = axis(x0, x1);
   const auto [low_y, high_y] = axis(y0, y1);
   const std::string scene = std::filesystem::path(t.scene).filename().string();
@@ -156,7 +161,7 @@ std::string plot_script(const Tradeoff& t) {
       "set label 2 '{}' at graph 0, screen 0.925 font ',11' tc rgb '#555555' noenhanced\n"
       "set lmargin at screen 0.085\nset rmargin at screen 0.705\nset tmargin at screen 0.89\nset bmargin at "
       "screen 0.105\n"
-      "set style textbox opaque noborder fillcolor rgb 'white' margins 0.4,0.2\nset logscale xy\nset xrange "
+      "set logscale xy\nset xrange "
       "[{:g}:{:g}]\nset yrange [{:g}:{:g}]\n"
       "set xtics {} nomirror tc rgb '#333333'\nset ytics {} nomirror tc rgb '#333333'\n"
       "set mxtics 10\nset mytics 10\n"
@@ -172,12 +177,12 @@ std::string plot_script(const Tradeoff& t) {
   for (const TradeoffAdvice& a : t.advice) {
     if (a.run == SIZE_MAX || !drawable(t.runs[a.run])) continue;
     script += fmt::format(
-        "set arrow from graph 0, first {0:g} to {1:.6g}, {0:g} nohead lc rgb '#999999' dt 3 lw 1\n",
+        "set arrow from {1:.6g}, {0:g} to graph 1, first {0:g} nohead lc rgb '#999999' dt 3 lw 1\n",
         std::clamp(100 * a.target_relative, low_y, high_y), t.runs[a.run].seconds);
     if (100 * a.target_relative <= high_y && 100 * a.target_relative >= low_y)
       script += fmt::format(
-          "set label '{} costs {}' at graph 0.01, first {:g} offset 0,0.6 font ',10' tc rgb '#444444' front "
-          "boxed\n",
+          "set label '{} costs {}' at graph 0.99, first {:g} right offset 0,0.5 font ',10' tc rgb "
+          "'#444444'\n",
           percent(a.target_relative), seconds_short(t.runs[a.run].seconds), 100 * a.target_relative);
   }
   std::vector<std::string> plots;

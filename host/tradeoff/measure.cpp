@@ -74,8 +74,8 @@ class Measurement {
     first_reference();
     if (!over_) climb();
     if (!over_) vary();
-    if (!over_) aim();
     if (!over_) refine_reference();
+    if (!over_) aim();
     for (const TradeoffSetting& rung : later_)
       if (!over_) measure(rung, false, predicted(rung), options_.budget_s);
     if (!over_) refine_reference();
