@@ -66,7 +66,7 @@ std::string gnuplot_text(const std::string& text) {
 }
 
 std::string log_ticks(double low, double high, const std::string& unit) {
-  const bool few = std::log10(high / low) < 3.2;
+  const bool few = std::log10(high / low) < 3.7;
   // Ticks' texts are formats.
   std::string of_format;
   for (const char c : unit) of_format += c == '%' ? "%%" : std::string(1, c);

@@ -26,7 +26,7 @@ namespace {
 // come early, so that a measurement that is stopped has some.
 constexpr double ladder_share = 0.45, last_reference_share = 0.25;
 // A level of the reference takes about this much longer than the one before, and is about twice as good or better.
-constexpr double reference_growth = 4.5;
+constexpr double reference_growth = 3.5;
 // A solve this short is timed again, and the least counts: what else the machine does hardly does less than nothing.
 constexpr double short_s = 0.5;
 constexpr int short_repeats = 3;
