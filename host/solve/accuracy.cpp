@@ -281,7 +281,8 @@ void estimate_error(SolveState& state, Solution& solution, const std::vector<dou
 
   const std::vector<double> amplification = amplification_of(state, solution);
   const auto relative = [&](double square) {
-    return mean > 0 ? std::sqrt(std::max(0.0, square)) / mean : 0.0;
+    // Written so that what is not a number stays that.
+    return mean > 0 ? std::sqrt(square < 0 ? 0 : square) / mean : 0.0;
   };
   // What the near field does not make up for of what patches' averages hide.
   const Values near = minus(at_vertices, by_columns);

@@ -55,8 +55,10 @@ __kernel void sensor_factors(__global const CLRAD_POINT_T* sensors, __global con
   const CLRAD_POINT_T s = sensors[first + owner[i] / patches];
   const REAL f = clrad_exact_factor(shooters + (ulong)patch * CLRAD_SHOOTER_SIZE, clrad_make(s.x, s.y, s.z),
                                     clrad_make(s.x_lo, s.y_lo, s.z_lo), clrad_make(s.nx, s.ny, s.nz));
-  factor[i] = f;
-  weight[i] = (float)(f * brightness[patch]);
+  /* What is left of a patch that lies behind the horizon but for rounding: its reciprocal would overflow. */
+  const REAL seen = f > CLRAD_R(1e-30) ? f : 0;
+  factor[i] = seen;
+  weight[i] = (float)(seen * brightness[patch]);
 }
 
 /* Where each sensor's pairs begin. */
@@ -152,11 +154,12 @@ static aim aimed(const clrad_vector* r, clrad_vector up, clrad_vector n, REAL u,
                               (fmax(at_quarters(area.x, area.y, area.z, area.w), (REAL)0) / q);
     const REAL left = weight.x + weight.w, all = left + weight.y + weight.z;
     if (!(all > 0)) break;
-    const int right = u * all >= left;
+    /* u may be 1 (rounding): a half without weight is never chosen. */
+    const int right = left < all && u * all >= left;
     const REAL column = right ? all - left : left, low = right ? weight.y : weight.x;
     const REAL both = low + (right ? weight.z : weight.w);
     if (!(both > 0)) break;
-    const int top = v * both >= low;
+    const int top = low < both && v * both >= low;
     const REAL row = top ? both - low : low;
     u = fmin((right ? u * all - left : u * all) / column, (REAL)1);
     v = fmin((top ? v * both - low : v * both) / row, (REAL)1);

@@ -87,6 +87,24 @@ SolveOptions some_sensors(std::uint32_t rays) {
   return options;
 }
 
+// A hair above the floor, on a block's side in whose plane a row of the floor's patches ends: of the patches behind, rounding leaves a
+// factor below the smallest normal float.
+TEST(Sensor, JustAboveWherePatchesBehindItEndIsFinite) {
+  const Scene scene = oracle::block_room();
+  SolveOptions options;
+  options.mesh = {0.4204, 0.1051};
+  options.sensor_rays = 64;
+  for (double height = 1.5e-5; height < 1e-4; height *= 1.3)
+    options.sensors.push_back({{2.645833333333333, 1.5, height}, {0, 1, 0}});
+  Device device;
+  for (const SensorResult& s : solve(device, scene, options).sensors)
+    for (std::size_t b = 0; b < 3; ++b) {
+      EXPECT_TRUE(std::isfinite(s.irradiance[b]));
+      EXPECT_TRUE(std::isfinite(s.irradiance_error[b]));
+      EXPECT_GT(s.irradiance[b], 0);
+    }
+}
+
 // Over seeds irradiance spreads as its error says, by a factor of two: pooled over 64 sensors and 3 bands, six seeds tell the spread to a tenth.
 TEST(Sensor, StandardErrorIsTheSpreadOverSeeds) {
   constexpr int seeds = 6;
