@@ -96,7 +96,7 @@ bool draw_with_gnuplot(const std::string& folder,
   for (const std::string& picture : pictures)
     if (!fs::exists(work.path() + "/" + picture, error)) return false;
   for (const std::string& picture : pictures) {
-    fs::rename(work.path() + "/" + picture, folder + "/" + picture, error);
+    fs::rename(fs::path(work.path()) / picture, fs::path(folder) / picture, error);
     if (error) return false;
   }
   return true;

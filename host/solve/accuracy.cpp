@@ -244,6 +244,7 @@ void estimate_error(SolveState& state, Solution& solution, const std::vector<dou
   auto& parts = solution.report.error.parts;
   if (vertices.empty() || inside.empty()) return;
   std::vector<Point> points;
+  points.reserve(std::max(vertices.size(), inside.size()));
   for (const std::uint32_t v : vertices) points.push_back(solution.mesh.receivers[v]);
   const PointArray at_chosen(state.device, points, "check points");
   points.clear();
@@ -261,6 +262,7 @@ void estimate_error(SolveState& state, Solution& solution, const std::vector<dou
                                       state.direct ? &state.direct->lights : nullptr);
   const std::vector<double> alike(vertices.size(), 1.0 / double(vertices.size()));
   std::vector<double> weight;
+  weight.reserve(inside.size());
   for (const CheckPoint& p : inside) weight.push_back(p.weight);
   const Twice there{{bands, alike, found[0]}, {bands, alike, found[1]}},
       there_flat{{bands, alike, found[2]}, {bands, alike, found[3]}};
