@@ -11,53 +11,24 @@
 
 #include "../tests/oracle/reference.hpp"
 #include "clrad/clrad.hpp"
-#include "mesh/locate.hpp"
-#include "output/displayed.hpp"
 #include "solve/check_points.hpp"
+#include "tradeoff/places.hpp"
 
 namespace {
 
 using namespace clrad;
 
-std::vector<Sensor> sensors_at(const Scene& scene, const std::vector<CheckPoint>& places) {
-  std::vector<Sensor> sensors;
-  for (const CheckPoint& p : places) {
-    const Polygon& q = scene.polygons[p.polygon];
-    const glm::dvec3 position =
-        q.corners == 3 ? q.corner[0] + p.u * (q.corner[1] - q.corner[0]) + p.v * (q.corner[2] - q.corner[0])
-                       : (1 - p.u) * (1 - p.v) * q.corner[0] + p.u * (1 - p.v) * q.corner[1] +
-                             p.u * p.v * q.corner[2] + (1 - p.u) * p.v * q.corner[3];
-    sensors.push_back({position, q.normal()});
-  }
-  return sensors;
-}
-
-// [place * bands + band]
-std::vector<double> shown(const Solution& s, const std::vector<CheckPoint>& places) {
-  const Displayed displayed(s, display_irradiance(s));
-  std::vector<double> h;
-  for (const CheckPoint& p : places) {
-    const Interpolant at = locate(s.mesh, p.polygon, s.scene.polygons[p.polygon].corners, p.u, p.v);
-    for (std::uint32_t b = 0; b < s.bands; ++b) h.push_back(displayed.at(b, at));
-  }
-  return h;
+std::vector<Place> places_of(const Scene& scene, const std::vector<CheckPoint>& points) {
+  std::vector<Place> places;
+  for (const CheckPoint& p : points)
+    places.push_back({p.polygon, p.u, p.v, p.weight, sensor_at(scene.polygons[p.polygon], p.u, p.v)});
+  return places;
 }
 
 std::vector<double> at_sensors(const Solution& s) {
   std::vector<double> h;
   for (const SensorResult& r : s.sensors) h.insert(h.end(), r.irradiance.begin(), r.irradiance.end());
   return h;
-}
-
-double rms(const std::vector<double>& h, const std::vector<double>& reference,
-           const std::vector<double>& weight) {
-  double squares = 0, mean = 0, weights = 0;
-  const std::size_t bands = h.size() / weight.size();
-  for (std::size_t i = 0; i < h.size(); ++i) {
-    const double w = weight[i / bands];
-    squares += w * (h[i] - reference[i]) * (h[i] - reference[i]), mean += w * reference[i], weights += w;
-  }
-  return std::sqrt(squares * weights) / mean;
 }
 
 struct Setting {
@@ -119,13 +90,15 @@ int main(int argc, char** argv) {
       fine.mesh.patch_edge_m = extent / 16, fine.mesh.element_edge_m = extent / 64;
       fine.converge = 1e-5, fine.samples = 16, fine.light_samples = 1024, fine.error = false;
       Random random(7);
-      const std::vector<CheckPoint> places = points_in_elements(solve(device, scene, {}), 1000, random);
-      fine.sensors = sensors_at(scene, places), fine.sensor_rays = 4096;
+      const std::vector<Place> places =
+          places_of(scene, points_in_elements(solve(device, scene, {}), 3000, random));
+      for (const Place& p : places) fine.sensors.push_back(p.sensor);
+      fine.sensor_rays = 2048;
       const std::vector<double> truth = at_sensors(solve(device, scene, fine));
       const std::size_t bands = scene.bands.size();
-      std::vector<double> weight, all_alike(reference.at("points").size(), 1);
+      std::vector<double> weight;
       for (std::size_t k = 0; k < places.size(); ++k)  // no light at all: something stands there
-        weight.push_back(truth[k * bands] > 0 ? places[k].weight : 0);
+        weight.push_back(truth[k * bands] > 0 ? places[k].weight_m2 : 0);
       std::vector<double> at_points;
       std::vector<Sensor> sensors;
       for (const auto& p : reference.at("points")) {
@@ -141,8 +114,8 @@ int main(int argc, char** argv) {
           if (stage.name == "estimate the error") estimating += stage.seconds;
         estimated += estimating;
         const double estimate[2] = {s.report.error.total_relative, s.report.error.sensors_relative};
-        const double error[2] = {rms(shown(s, places), truth, weight),
-                                 rms(at_sensors(s), at_points, all_alike)};
+        const double error[2] = {rms_relative(irradiance_at(s, places), truth, weight, s.bands),
+                                 rms_relative(at_sensors(s), at_points, {}, s.bands)};
         double ratio[2];
         for (int k = 0; k < 2; ++k) {
           ratio[k] = estimate[k] / error[k];

@@ -12,18 +12,12 @@
 
 #include "../tests/oracle/reference.hpp"
 #include "clrad/clrad.hpp"
-#include "mesh/locate.hpp"
-#include "output/displayed.hpp"
+#include "tradeoff/places.hpp"
 
 namespace {
 
 using namespace clrad;
 using nlohmann::json;
-
-struct Place {
-  std::uint32_t polygon;
-  double u, v;
-};
 
 // The defaults of everything else, and the estimate without which there is no target.
 void set_target(SolveOptions& o, double relative) {
@@ -59,16 +53,6 @@ SolveOptions options_of(const json& settings, double extent) {
   return o;
 }
 
-std::vector<double> shown(const Solution& s, const std::vector<Place>& places) {
-  const Displayed displayed(s, display_irradiance(s));
-  std::vector<double> h;
-  for (const Place& p : places) {
-    const Interpolant at = locate(s.mesh, p.polygon, s.scene.polygons[p.polygon].corners, p.u, p.v);
-    for (std::uint32_t b = 0; b < s.bands; ++b) h.push_back(displayed.at(b, at));
-  }
-  return h;
-}
-
 class Bench {
  public:
   json answer(const json& request) {
@@ -77,7 +61,7 @@ class Bench {
     options.seed = request.at("seed");
     std::vector<Place> places;
     for (const auto& p : request.value("places", json::array()))
-      places.push_back({p.at(0), p.at(1), p.at(2)});
+      places.push_back({.polygon = p.at(0), .u = p.at(1), .v = p.at(2)});
     for (const auto& p : request.value("sensors", json::array()))
       options.sensors.push_back({{p.at(0), p.at(1), p.at(2)}, {p.at(3), p.at(4), p.at(5)}});
     Device& device = device_of(request.at("cores"));
@@ -90,7 +74,7 @@ class Bench {
       return elapsed() < limit;
     };
     const Solution s = solve(device, scene, options);
-    std::vector<double> values = places.empty() ? std::vector<double>() : shown(s, places);
+    std::vector<double> values = places.empty() ? std::vector<double>() : irradiance_at(s, places);
     for (const SensorResult& r : s.sensors)
       values.insert(values.end(), r.irradiance.begin(), r.irradiance.end());
     const double seconds = elapsed();

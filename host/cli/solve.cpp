@@ -9,6 +9,7 @@
 #include "cli/outputs.hpp"
 #include "cli/progress.hpp"
 #include "cli/solve_arguments.hpp"
+#include "effects/predict.hpp"
 #include "scene/range.hpp"
 
 namespace clrad::cli {
@@ -77,6 +78,13 @@ void print_error(const Report& r) {
   }
 }
 
+void print_predicted(const Report& r) {
+  if (!std::isfinite(r.predicted.seconds)) return;
+  fmt::print("predicted {:.2g} s and {:.0f} MiB, took {:.2g} s and {:.0f} MiB without pictures and files\n",
+             r.predicted.seconds, r.predicted.device_bytes / 0x1p20, r.seconds.build + r.seconds.solve,
+             double(r.device_peak_bytes) / 0x1p20);
+}
+
 void print_comparison(const Comparison& c) {
   if (c.file.empty()) return;
   fmt::print("compared with {} at {} {}: RMS {:.3g} %, worst {:.3g} % of its mean irradiance\n", c.file,
@@ -130,7 +138,13 @@ int run_solve(Arguments& a) {
           "--time-budget {:.3g} s: reading the scene and drawing take {:.2g} s of that", whole, spent));
     options.time_budget_s = whole - spent;
   }
+  // Of a solve to a target the last settings are known only at its end, and of one that goes on what is done already is not counted.
+  const bool predictable =
+      !(options.target_error > 0 || options.time_budget_s > 0) && options.resume.empty();
+  const Prediction foreseen =
+      predictable ? predict(device, scene, options, plan_effects(scene, options)) : Prediction{};
   Solution solution = solve(device, scene, options);
+  if (predictable) solution.report.predicted = {foreseen.seconds, foreseen.device_bytes};
   solution.report.seconds.import = import;
   solution.report.seconds.total += import;
   if (other) {
@@ -145,6 +159,7 @@ int run_solve(Arguments& a) {
     print_summary(solution);
     print_effects(solution.report);
     print_error(solution.report);
+    print_predicted(solution.report);
     print_comparison(solution.report.comparison);
     for (const auto& s : solution.sensors)
       if (a.outputs.json.empty() && a.outputs.folder.empty())

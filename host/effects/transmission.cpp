@@ -5,6 +5,7 @@
 #include <glm/geometric.hpp>
 
 #include "effects/effects.hpp"
+#include "scene/extent.hpp"
 
 namespace clrad {
 namespace {
@@ -33,15 +34,6 @@ bool parts_the_scene(const Scene& scene, const SolveOptions& options, const Poly
     if (front && back) return true;
   }
   return front && back;
-}
-
-double extent_of(const Scene& scene) {
-  glm::dvec3 low(INFINITY), high(-INFINITY);
-  for (const Polygon& p : scene.polygons)
-    for (std::uint32_t k = 0; k < p.corners; ++k)
-      low = glm::min(low, p.corner[k]), high = glm::max(high, p.corner[k]);
-  const glm::dvec3 size = high - low;
-  return std::max({size.x, size.y, size.z});
 }
 
 std::string names_of_glass(const Scene& scene) {
@@ -74,7 +66,7 @@ Effect plan_transmission(const Scene& scene, const SolveOptions& options) {
     effect.reason = "no surface is glass: what is in the way of light stops it";
     return effect;
   }
-  const double extent = extent_of(scene);
+  const double extent = extent_m(scene);
   effect.needed = glass.size() > most_looked_at ||
                   std::any_of(glass.begin(), glass.end(),
                               [&](const Polygon* p) { return parts_the_scene(scene, options, *p, extent); });

@@ -10,6 +10,7 @@
 
 #include "clrad/error.hpp"
 #include "mesh/lattice.hpp"
+#include "scene/extent.hpp"
 
 namespace clrad {
 namespace {
@@ -236,15 +237,6 @@ class PolygonCutter {
 };
 
 }  // namespace
-
-double extent_m(const Scene& scene) {
-  glm::dvec3 low(INFINITY), high(-INFINITY);
-  for (const auto& polygon : scene.polygons)
-    for (std::uint32_t k = 0; k < polygon.corners; ++k)
-      low = glm::min(low, polygon.corner[k]), high = glm::max(high, polygon.corner[k]);
-  const glm::dvec3 size = high - low;
-  return std::max({size.x, size.y, size.z});
-}
 
 MeshCounts count_mesh(const Scene& scene, const MeshOptions& options) {
   return counts_of(scene, empty_mesh(scene, options));

@@ -8,9 +8,6 @@
 
 namespace clrad {
 
-/// Longest side of the box around all polygons [m].
-double extent_m(const Scene& scene);
-
 /// How many pieces build_mesh() will make, without making them. Of the polygons in file order, and of all.
 struct MeshCounts {
   struct OfPolygon {

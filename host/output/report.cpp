@@ -174,6 +174,11 @@ std::string report_json(const Solution& solution) {
                      {"amplification", closure.amplification},
                      {"amplified_defect", closure.amplified_defect}};
   json["error"] = error_json(report);
+  if (std::isfinite(report.predicted.seconds))
+    json["predicted"] = {{"seconds", report.predicted.seconds},
+                         {"actual_seconds", report.seconds.build + report.seconds.solve},
+                         {"device_bytes", report.predicted.device_bytes},
+                         {"actual_device_bytes", report.device_peak_bytes}};
   if (!report.target.steps.empty()) json["target"] = target_json(report);
   const Comparison& other = report.comparison;
   if (!other.file.empty())

@@ -26,6 +26,7 @@ std::vector<std::uint32_t> drawn(const std::vector<double>& weight, std::uint32_
 // By how much irradiance varies over each element (bands summed; a covered corner is dark), and its mean over the scene.
 struct Variation {
   std::vector<double> of_element, exposed_area;
+  std::vector<bool> partly_covered;
   double mean = 0;
 };
 
@@ -37,19 +38,20 @@ Variation variation_of(const Solution& solution) {
   for (const Element& e : mesh.elements) {
     const std::size_t corners = e.vertex[3] == 0xffffffffu ? 3 : 4;
     double most = 0;
-    bool open = false;
+    bool open = false, covers = false;
     for (std::uint32_t b = 0; b < solution.bands; ++b) {
       double low = 0, high = 0;
       for (std::size_t k = 0; k < corners; ++k) {
         const bool covered = solution.vertex_covered[e.vertex[k]] != 0;
         const double h = covered ? 0 : solution.vertex_irradiance[b * vertices + e.vertex[k]];
         low = k == 0 ? h : std::min(low, h), high = k == 0 ? h : std::max(high, h);
-        open |= !covered;
+        open |= !covered, covers |= covered;
         power += e.area_m2 * h / double(corners);
       }
       most += high - low;
     }
     v.of_element.push_back(most);
+    v.partly_covered.push_back(open && covers);
     v.exposed_area.push_back(open ? e.area_m2 : 0);
     area += v.exposed_area.back();
   }
@@ -63,10 +65,13 @@ std::vector<CheckPoint> points_in_elements(const Solution& solution, std::uint32
   const Mesh& mesh = solution.mesh;
   const Variation variation = variation_of(solution);
   // Where nothing varies there are a fifth as many points as where it does by as much as there is light.
-  constexpr double least = 0.2;
+  // Next to the foot of what stands on a surface values are filled in, and off by as much as half of all light.
+  constexpr double least = 0.2, at_foot = 4;
   std::vector<double> draw(mesh.elements.size());
   for (std::size_t e = 0; e < draw.size(); ++e) {
-    const double varies = variation.mean > 0 ? std::min(1.0, variation.of_element[e] / variation.mean) : 0;
+    const double varies = variation.partly_covered[e] ? at_foot
+                          : variation.mean > 0 ? std::min(1.0, variation.of_element[e] / variation.mean)
+                                               : 0;
     draw[e] = variation.exposed_area[e] * (least + varies);
   }
   std::vector<CheckPoint> points;

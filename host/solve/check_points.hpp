@@ -1,23 +1,13 @@
 // Points of the surfaces at which a solution's irradiance is checked.
 #pragma once
 #include <cstdint>
-#include <random>
 #include <vector>
 
 #include "clrad/solution.hpp"
 #include "mesh/locate.hpp"
+#include "mesh/random.hpp"
 
 namespace clrad {
-
-/// The same numbers from the same seed on every platform.
-class Random {
- public:
-  explicit Random(std::uint64_t seed) : bits_(seed) {}
-  double unit() { return double(bits_() >> 11) * 0x1p-53; }  ///< in [0, 1)
-
- private:
-  std::mt19937_64 bits_;
-};
 
 struct CheckPoint {
   Point point;  ///< frame

@@ -7,10 +7,6 @@
 
 #include "clrad/primitives.hpp"
 #include "device/grow.hpp"
-#include "mesh/bend.hpp"
-#include "output/display.hpp"
-#include "solve/lamps.hpp"
-#include "solve/nodes.hpp"
 #include "solve/transmission.hpp"
 
 namespace clrad {
@@ -19,14 +15,12 @@ namespace {
 constexpr const char* sensor_kernels = "solve/sensor.cl";
 // The share of a sensor's rays by which the others are shared out.
 constexpr double first_share = 0.125;
-// Vertices get as many rays as the sensors altogether, but each no fewer than this, nor more than a share of what a sensor gets.
+// Vertices get as many rays as the sensors altogether, but each no fewer than this (where a sensor has more than a few), nor more than a share of
+// what a sensor gets.
 constexpr std::uint64_t fewest_vertex_rays = 256, sensor_per_vertex_rays = 4;
 constexpr std::uint64_t most_patches_per_ray = 2, most_vertex_work = 4, always_vertex_work = 1 << 22;
-// A check is not to be what decides how much memory a solve takes.
-constexpr std::uint64_t most_check_bytes = 32 << 20;
+// See gather_at_vertices().
 constexpr double most_alike = 2.5;
-// What a patch whose vertices are all dark may have all the same, in shares of the mean irradiance: rays are to find it.
-constexpr double dark_share = 0.02;
 
 // A sensor within the grid's rounding of a polygon that faces its way lies on it, and ignores its plane.
 std::uint32_t plane_under(const Solution& solution, std::span<const std::uint32_t> planes,
@@ -48,20 +42,6 @@ std::uint32_t plane_under(const Solution& solution, std::span<const std::uint32_
   return 0xffffffffu;
 }
 
-// irradiance[sensor * bands + band]
-void add_light_of(Lights& lights, Device& device, VisibilityEngine& engine, const PointArray& sensors,
-                  std::uint32_t bands, std::vector<double>& irradiance) {
-  const auto stage = device.stage("light from point, spot and directional lights");
-  RealArray direct(device, irradiance.size(), "light from lights"),
-      lost(device, irradiance.size(), "light from lights");
-  direct.fill_zero(), lost.fill_zero();
-  const std::uint64_t count = sensors.size();
-  lights.irradiate(engine, sensors, nullptr, 0, std::uint32_t(count), direct, lost, count);
-  const std::vector<double> by_band = direct.download();
-  for (std::uint64_t s = 0; s < count; ++s)
-    for (std::uint32_t b = 0; b < bands; ++b) irradiance[s * bands + b] += by_band[b * count + s];
-}
-
 // The frame made larger, by a power of two, until a point outside the scene is within the +-4 that visibility takes.
 // Beyond a million times the scene's size it is left as it is: the grid could not tell the scene's parts apart.
 Frame reaching(Frame frame, const glm::dvec3& world_m) {
@@ -74,153 +54,6 @@ Frame reaching(Frame frame, const glm::dvec3& world_m) {
   }
   return frame;
 }
-
-// Patches, what is interpolated on them, and lamps, on the device (kernels/solve/sensor.cl).
-struct Surroundings {
-  std::uint32_t patches, elements, vertices, edge_count, lamp_count, depth = 0;
-  PointArray corners, lamp_corners;
-  RealArray shooters, irradiance, bend, rho, lamps, lamp_exitance;
-  /// [0]: of everything, [1]: without what lamps emit.
-  std::array<RealArray, 2> brightness, radiosity, emitted;
-  Array<std::uint32_t> quads, reflects, patch_first, code, level, vertex, middle, edge;
-  Edges edges;
-  bool any_reflects = false;
-};
-
-void add_lamps(Surroundings& s, Device& device, const Solution& solution,
-               std::span<const std::uint32_t> polygons, std::span<const std::uint32_t> planes) {
-  s.lamp_count = std::uint32_t(polygons.size());
-  std::vector<Point> corners;
-  std::vector<double> records, exitance;
-  for (const std::uint32_t p : polygons) {
-    const Polygon& polygon = solution.scene.polygons[p];
-    glm::dvec3 middle(0);
-    double radius = 0, emitted = 0;
-    for (std::uint32_t k = 0; k < 4; ++k) {
-      const glm::dvec3 c = solution.frame.to_frame(polygon.corner[std::min(k, polygon.corners - 1)]);
-      corners.push_back({c, polygon.normal(), planes[p], p});
-      if (k < polygon.corners) middle += c / double(polygon.corners);
-    }
-    for (std::size_t k = corners.size() - 4; k < corners.size(); ++k)
-      radius = std::max(radius, glm::length(corners[k].position - middle));
-    for (const double e : solution.material_of(p).emitted_exitance) emitted += e;
-    records.insert(records.end(), {middle.x, middle.y, middle.z, radius, emitted * radius * radius});
-  }
-  for (std::uint32_t b = 0; b < solution.bands; ++b)
-    for (const std::uint32_t p : polygons) exitance.push_back(solution.material_of(p).emitted_exitance[b]);
-  if (polygons.empty())
-    corners.emplace_back(), records.push_back(0), exitance.push_back(0);  // no empty buffers
-  s.lamp_corners = PointArray(device, corners, "lamps");
-  s.lamps = RealArray(device, records, "lamps");
-  s.lamp_exitance = RealArray(device, exitance, "lamps");
-}
-
-// What patches emit, and what they have on average, which shares out rays.
-void add_radiosity(Surroundings& s, Device& device, const Solution& solution,
-                   std::span<const std::uint32_t> lamps) {
-  const std::vector<double> nodes = node_radiosity(solution);
-  const std::size_t count = s.patches + s.elements;
-  for (std::size_t without = 0; without < 2; ++without) {
-    std::vector<double> radiosity, emitted, brightness(s.patches);
-    for (std::uint32_t b = 0; b < solution.bands; ++b) {
-      double arriving = 0, area = 0;
-      for (std::uint32_t p = 0; p < s.patches; ++p) {
-        const double a = solution.mesh.patches[p].area_m2;
-        arriving += a * solution.patch_irradiance[std::size_t(b) * s.patches + p], area += a;
-      }
-      for (std::uint32_t p = 0; p < s.patches; ++p) {
-        const std::uint32_t polygon = solution.mesh.patches[p].polygon;
-        const double e = solution.material_of(polygon).emitted_exitance[b];
-        const bool left_out = without && std::binary_search(lamps.begin(), lamps.end(), polygon);
-        emitted.push_back(left_out ? 0 : e);
-        radiosity.push_back(nodes[b * count + p] - (left_out ? e : 0));
-        brightness[p] += radiosity.back() + dark_share * solution.patch_reflectance(b, p) * arriving / area;
-      }
-    }
-    s.emitted[without] = RealArray(device, emitted, "emitted exitance");
-    s.radiosity[without] = RealArray(device, radiosity, "patch radiosity");
-    s.brightness[without] = RealArray(device, brightness, "patch brightness");
-  }
-}
-
-// What stands between vertices: [band][vertex], and what edges have besides, [band][edge]; empty: by the second differences of vertices.
-void interpolate(Surroundings& s, Device& device, const Solution& solution, std::vector<double> irradiance,
-                 std::vector<double> bend = {}) {
-  fill_covered(solution.mesh, solution.vertex_covered, irradiance, solution.bands);
-  if (bend.empty())
-    bend = edge_bends(solution.mesh, s.edges, solution.vertex_covered, irradiance, solution.bands);
-  s.bend = RealArray(device, bend, "bends of irradiance");
-  s.irradiance = RealArray(device, irradiance, "irradiance of vertices");
-}
-
-void add_elements(Surroundings& s, Device& device, const Solution& solution) {
-  const Mesh& mesh = solution.mesh;
-  std::vector<std::uint32_t> quads, reflects, patch_first, code, level, vertex, middle, edge;
-  std::vector<double> rho;
-  for (const Patch& patch : mesh.patches) {
-    quads.push_back(patch.corners == 4);
-    patch_first.push_back(patch.first_element);
-    bool any = false;
-    for (const double r : solution.material_of(patch.polygon).reflectance) any |= r > 0;
-    any |= solution.material_of(patch.polygon).texture != no_texture;
-    reflects.push_back(any);
-    s.any_reflects |= any;
-  }
-  patch_first.push_back(s.elements);
-  for (const Element& e : mesh.elements) {
-    code.push_back(e.code);
-    level.push_back(e.level);
-    s.depth = std::max(s.depth, e.level);
-    vertex.insert(vertex.end(), e.vertex.begin(), e.vertex.end());
-    middle.insert(middle.end(), e.middle.begin(), e.middle.end());
-  }
-  for (std::uint32_t b = 0; b < solution.bands; ++b) {
-    for (std::size_t e = 0; e < s.elements; ++e)
-      rho.push_back(solution.textured.element.empty()
-                        ? solution.material_of(mesh.patches[mesh.elements[e].patch].polygon).reflectance[b]
-                        : solution.textured.element[b * s.elements + e]);
-  }
-  const auto array = [&](const std::vector<std::uint32_t>& values) {
-    return Array<std::uint32_t>(device, values, "elements");
-  };
-  s.quads = array(quads), s.reflects = array(reflects), s.patch_first = array(patch_first),
-  s.code = array(code);
-  s.level = array(level), s.vertex = array(vertex), s.middle = array(middle);
-  s.edges = edges_of(mesh);
-  s.edge_count = std::uint32_t(s.edges.ends.size());
-  for (const auto& of : s.edges.of_element) edge.insert(edge.end(), of.begin(), of.end());
-  s.edge = array(edge);
-  s.rho = RealArray(device, rho, "reflectance of elements");
-}
-
-Surroundings surroundings_of(Device& device, const Solution& solution, std::span<const std::uint32_t> planes,
-                             const LampLight* lamps) {
-  Surroundings s;
-  s.patches = std::uint32_t(solution.mesh.patches.size());
-  s.elements = std::uint32_t(solution.mesh.elements.size());
-  s.vertices = solution.vertex_count();
-  const PatchNodes nodes = patch_nodes(solution);
-  s.corners = PointArray(device, nodes.corners, "patch corners");
-  s.shooters = RealArray(device, nodes.shooters, "patches");
-  const std::span<const std::uint32_t> polygons =
-      lamps ? std::span<const std::uint32_t>(lamps->polygons) : std::span<const std::uint32_t>();
-  add_lamps(s, device, solution, polygons, planes);
-  add_radiosity(s, device, solution, polygons);
-  add_elements(s, device, solution);
-  std::vector<double> irradiance = solution.vertex_irradiance;
-  for (std::size_t i = 0; lamps && i < lamps->vertex.size(); ++i) irradiance[i] -= lamps->vertex[i];
-  interpolate(s, device, solution, std::move(irradiance));
-  return s;
-}
-
-// How to gather.
-struct Way {
-  std::uint32_t rays = 0, seed = 0;
-  bool without_lamps = false;  ///< what lamps emit is left out
-  bool asks = false;           ///< lamps and lights are asked at rays' ends
-  bool few = false;            ///< rays for a patch
-  double first_share = 1;  ///< of the rays, shared out by what patches bring; the others by what these find
-};
 
 // The pairs of some sensors with the patches that may light them, and what their rays found so far.
 class Gather {
@@ -357,23 +190,6 @@ class Gather {
   }
 };
 
-// In batches: rays dominate; three points, weights, masks and owners take some 200 bytes each in float, what is found 4 a band, in double
-// twice that.
-void gather_at(Device& device, const Solution& solution, const Surroundings& around, const PointArray& points,
-               VisibilityEngine& engine, const Way& way, const Glass* glass, Lights* lights,
-               RealArray& irradiance, RealArray& error, std::uint64_t most_bytes = ~std::uint64_t(0)) {
-  const auto count = std::uint32_t(points.size());
-  const std::uint64_t room = std::min(
-      most_bytes, (device.ledger()->limit - std::min(device.ledger()->limit, device.ledger()->held)) / 4);
-  const std::uint64_t per_point = (std::uint64_t(way.rays) + 4 * std::uint64_t(around.patches)) *
-                                  (400 + 16 * std::uint64_t(solution.bands));
-  const auto batch = std::uint32_t(std::clamp<std::uint64_t>(
-      room / per_point, 1, std::min<std::uint64_t>(count, (1u << 30) / around.patches)));
-  Gather gather(device, solution, around, points, engine, way, glass, lights);
-  for (std::uint32_t first = 0; first < count; first += batch)
-    gather.run(first, std::min(batch, count - first), irradiance, error);
-}
-
 // Vertices that nothing covers, and behind them the middles of the edges between them.
 struct Places {
   std::vector<Point> points;
@@ -412,7 +228,7 @@ double gather_at_vertices(Device& device, const Solution& solution, Surroundings
   const std::uint64_t share =
       std::min(sensors * way.rays / places.points.size(), way.rays / sensor_per_vertex_rays);
   const std::uint64_t rays_of_sensor = way.rays;
-  way.rays = std::uint32_t(std::max(fewest_vertex_rays, share));
+  way.rays = std::uint32_t(std::max(std::min(fewest_vertex_rays, 4 * rays_of_sensor), share));
   if (around.patches > most_patches_per_ray * way.rays) return 0;
   // A mesh as fine as that shows the light itself, and its vertices would take far longer than the sensors.
   if (places.points.size() * way.rays >
@@ -447,6 +263,36 @@ double gather_at_vertices(Device& device, const Solution& solution, Surroundings
 }
 
 }  // namespace
+
+void gather_at(Device& device, const Solution& solution, const Surroundings& around, const PointArray& points,
+               VisibilityEngine& engine, const Way& way, const Glass* glass, Lights* lights,
+               RealArray& irradiance, RealArray& error, std::uint64_t most_bytes) {
+  const auto count = std::uint32_t(points.size());
+  const std::uint64_t room = std::min(
+      most_bytes, (device.ledger()->limit - std::min(device.ledger()->limit, device.ledger()->held)) / 4);
+  // Rays dominate: three points, weights, masks and owners take some 200 bytes each in float, what is found 4 a band, in double twice
+  // that.
+  const std::uint64_t per_point = (std::uint64_t(way.rays) + 4 * std::uint64_t(around.patches)) *
+                                  (400 + 16 * std::uint64_t(solution.bands));
+  const auto batch = std::uint32_t(std::clamp<std::uint64_t>(
+      room / per_point, 1, std::min<std::uint64_t>(count, (1u << 30) / around.patches)));
+  Gather gather(device, solution, around, points, engine, way, glass, lights);
+  for (std::uint32_t first = 0; first < count; first += batch)
+    gather.run(first, std::min(batch, count - first), irradiance, error);
+}
+
+void add_light_of(Lights& lights, Device& device, VisibilityEngine& engine, const PointArray& sensors,
+                  std::uint32_t bands, std::vector<double>& irradiance) {
+  const auto stage = device.stage("light from point, spot and directional lights");
+  RealArray direct(device, irradiance.size(), "light from lights"),
+      lost(device, irradiance.size(), "light from lights");
+  direct.fill_zero(), lost.fill_zero();
+  const std::uint64_t count = sensors.size();
+  lights.irradiate(engine, sensors, nullptr, 0, std::uint32_t(count), direct, lost, count);
+  const std::vector<double> by_band = direct.download();
+  for (std::uint64_t s = 0; s < count; ++s)
+    for (std::uint32_t b = 0; b < bands; ++b) irradiance[s * bands + b] += by_band[b * count + s];
+}
 
 Frame frame_with_sensors(const Scene& scene, std::span<const Sensor> sensors) {
   Frame frame = frame_of(scene);
@@ -491,49 +337,6 @@ std::vector<SensorResult> gather_at_sensors(Device& device, const Solution& solu
                        glm::normalize(options.sensors[s].normal),
                        {h.begin() + at, h.begin() + at + solution.bands},
                        {e.begin() + at, e.begin() + at + solution.bands}});
-  }
-  return results;
-}
-
-std::vector<std::vector<double>> gather_for_check(Device& device, const Solution& solution,
-                                                  VisibilityEngine& engine, std::span<const double> shot,
-                                                  bool reflecting, std::span<const CheckGather> ways,
-                                                  const Glass* glass, Lights* lights) {
-  Surroundings around = surroundings_of(device, solution, {}, nullptr);
-  const std::vector<double> nodes = node_radiosity(solution);
-  const std::size_t count = around.patches + std::size_t(around.elements);
-  // Rays find emitted + rho H, with H between the vertices; what is not shot yet is to be missing in that.
-  std::vector<double> emitted, brightness(around.patches, 0.0);
-  for (std::uint32_t b = 0; b < solution.bands; ++b)
-    for (std::uint32_t p = 0; p < around.patches; ++p) {
-      const double sent = shot[std::size_t(b) * around.patches + p];
-      const double e = solution.material_of(solution.mesh.patches[p].polygon).emitted_exitance[b];
-      emitted.push_back(e - (nodes[b * count + p] - sent));
-      brightness[p] += sent;
-    }
-  // [0]: varying, [1]: as shot.
-  const std::vector<double> sent(shot.begin(), shot.end());
-  around.emitted[0] = RealArray(device, emitted, "emitted exitance");
-  around.emitted[1] = RealArray(device, sent, "shot radiosity");
-  for (std::size_t k = 0; k < 2; ++k) {
-    around.radiosity[k] = RealArray(device, sent, "shot radiosity");
-    around.brightness[k] = RealArray(device, brightness, "patch brightness");
-  }
-  Array<std::uint32_t> others(device, std::vector<std::uint32_t>(around.patches, 0u), "elements");
-  bool reflects = true;
-  std::vector<std::vector<double>> results;
-  for (const CheckGather& check : ways) {
-    Way way;
-    way.rays = check.rays, way.seed = std::uint32_t(check.seed);
-    way.without_lamps = check.flat || !reflecting;
-    if (reflects == way.without_lamps) std::swap(around.reflects, others), reflects = !reflects;
-    const std::uint64_t values = check.points->size() * solution.bands;
-    RealArray irradiance(device, values, "irradiance at points"),
-        error(device, values, "irradiance at points");
-    gather_at(device, solution, around, *check.points, engine, way, glass, lights, irradiance, error,
-              most_check_bytes);
-    results.push_back(irradiance.download());
-    if (lights) add_light_of(*lights, device, engine, *check.points, solution.bands, results.back());
   }
   return results;
 }

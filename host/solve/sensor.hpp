@@ -8,11 +8,11 @@
 #include "clrad/solution.hpp"
 #include "clrad/visibility.hpp"
 #include "solve/lights.hpp"
+#include "solve/surroundings.hpp"
 
 namespace clrad {
 
 class Glass;
-struct LampLight;
 
 /// frame_of(scene), made larger where a sensor or a point or spot light stands far outside the scene.
 Frame frame_with_sensors(const Scene& scene, std::span<const Sensor> sensors);
@@ -30,20 +30,23 @@ std::vector<SensorResult> gather_at_sensors(Device& device, const Solution& solu
                                             Lights* lights = nullptr, const LampLight* lamps = nullptr,
                                             bool* regathered = nullptr);
 
-/// How to gather for a check of the solution by itself.
-struct CheckGather {
-  const PointArray* points = nullptr;  ///< frame
-  std::uint32_t rays = 64;             ///< about, from a point
-  std::uint64_t seed = 1;
-  bool flat = false;  ///< patches have that same radiosity everywhere
+/// How to gather at points.
+struct Way {
+  std::uint32_t rays = 0, seed = 0;
+  bool without_lamps = false;  ///< Surroundings' [1]: what lamps emit is left out
+  bool asks = false;           ///< lamps and lights are asked at rays' ends
+  bool few = false;            ///< rays for a patch
+  double first_share = 1;  ///< of the rays, shared out by what patches bring; the others by what these find
 };
 
-/// H at points by the solution's own radiosities, lamps and all, one way after the other: [point * bands + band]. With the same seed, flat or
-/// not, the same rays. `shot`: the radiosity [band][patch] that patches have shot, of which B between vertices is a variation [W/m^2];
-/// `reflecting`: it is, else B is that everywhere.
-std::vector<std::vector<double>> gather_for_check(Device& device, const Solution& solution,
-                                                  VisibilityEngine& engine, std::span<const double> shot,
-                                                  bool reflecting, std::span<const CheckGather> ways,
-                                                  const Glass* glass = nullptr, Lights* lights = nullptr);
+/// H at `points` and one standard error of it by their rays, [point * bands + band], in batches of at most `most_bytes` (and a quarter of
+/// what memory is left). Without what lights bring.
+void gather_at(Device& device, const Solution& solution, const Surroundings& around, const PointArray& points,
+               VisibilityEngine& engine, const Way& way, const Glass* glass, Lights* lights,
+               RealArray& irradiance, RealArray& error, std::uint64_t most_bytes = ~std::uint64_t(0));
+
+/// Adds what lights bring to irradiance[point * bands + band]; their visibility is exact.
+void add_light_of(Lights& lights, Device& device, VisibilityEngine& engine, const PointArray& points,
+                  std::uint32_t bands, std::vector<double>& irradiance);
 
 }  // namespace clrad

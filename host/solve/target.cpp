@@ -9,7 +9,7 @@
 #include <optional>
 
 #include "clrad/error.hpp"
-#include "mesh/build.hpp"
+#include "scene/extent.hpp"
 #include "solve/checkpoint.hpp"
 
 namespace clrad {

@@ -2,21 +2,19 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <map>
-#include <memory>
 #include <optional>
-#include <set>
 
 #include "clrad/effects.hpp"
 #include "clrad/error.hpp"
-#include "clrad/solver.hpp"
 #include "clrad/tradeoff.hpp"
 #include "effects/predict.hpp"
 #include "effects/uniform.hpp"
 #include "mesh/build.hpp"
+#include "scene/extent.hpp"
 #include "tradeoff/places.hpp"
+#include "tradeoff/runner.hpp"
 #include "tradeoff/settings.hpp"
 
 namespace clrad {
@@ -39,15 +37,6 @@ double square(double x) {
   return x * x;
 }
 
-// Of a solve at sensors; a report that does not say gives NaN.
-template <class ErrorReport>
-double estimate_at_sensors(const ErrorReport& error) {
-  if constexpr (requires { error.sensors_relative; })
-    return error.sensors_relative;
-  else
-    return NAN;
-}
-
 struct Reference {
   std::vector<double> values;  // [point][band]
   double error_relative = NAN;
@@ -58,97 +47,42 @@ struct Reference {
 class Measurement {
  public:
   Measurement(const DeviceOptions& device, const Scene& scene, const TradeoffOptions& options)
-      : device_options_(device), scene_(with_backs(scene)), options_(options), extent_(extent_of_box(scene)) {
+      : scene_(with_backs(scene)),
+        options_(options),
+        extent_(extent_m(scene)),
+        precision_(device.precision),
+        runner_(device, scene_, options) {
     base_.seed = options.seed;
     base_.sensors = options.sensors;
     result_.scene = scene.file, result_.quantity = scene.quantity;
     result_.bands = std::uint32_t(scene.bands.size());
     result_.extent_m = extent_, result_.budget_s = options.budget_s;
     result_.at_sensors = !options.sensors.empty();
-    result_.device = device_of(device_options_.precision).info().name;
-    result_.driver = device_of(device_options_.precision).info().driver;
+    result_.device = runner_.device_of(precision_).info().name;
+    result_.driver = runner_.device_of(precision_).info().driver;
   }
 
   Tradeoff run() {
     choose_points();
     first_reference();
-    if (!over_) climb();
-    if (!over_) vary();
-    if (!over_) refine_reference();
-    if (!over_) aim();
+    if (!runner_.over()) climb();
+    if (!runner_.over()) vary();
+    if (!runner_.over()) refine_reference();
+    if (!runner_.over()) aim();
     for (const TradeoffSetting& rung : later_)
-      if (!over_) measure(rung, false, predicted(rung), options_.budget_s);
-    if (!over_) refine_reference();
+      if (!runner_.over()) measure(rung, false, predicted(rung), options_.budget_s);
+    if (!runner_.over()) refine_reference();
     finish();
     return std::move(result_);
   }
 
  private:
-  double seconds() const {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-  }
-  double left() const { return options_.budget_s - seconds(); }
-
-  Device& device_of(Precision precision) {
-    auto& device = devices_[precision];
-    if (!device) {
-      DeviceOptions o = device_options_;
-      o.precision = precision;
-      device = std::make_unique<Device>(o);
-    }
-    return *device;
-  }
-
-  // False: the caller wants no more.
-  bool tell(const std::string& what, double pending_s, double unshot) {
-    if (!options_.progress) return true;
-    TradeoffProgress p{what, result_.runs.size(), seconds(), -1, unshot};
-    if (pending_s >= 0) p.seconds_left = std::max(0.0, std::min(left(), pending_s));
-    if (!options_.progress(p)) over_ = result_.stopped = true;
-    return !over_;
-  }
-
-  // Compiles the kernels that the setting takes by solving it on a mesh of a few patches.
-  void warm_up(const TradeoffSetting& setting) {
-    const SolveOptions& o = setting.options;
-    const std::string key =
-        fmt::format("{} {} {} {} {} {}", int(setting.precision), o.engine, int(o.estimator),
-                    o.adaptive.tolerance > 0, o.near_field, o.sensors.empty());
-    if (!warm_.insert(key).second) return;
-    SolveOptions coarse = o;
-    coarse.mesh = {extent_ / 2, extent_ / 8};
-    coarse.adaptive.max_level = 1;
-    coarse.sensors.resize(std::min<std::size_t>(o.sensors.size(), 2), Sensor{});
-    coarse.light_samples = 64, coarse.sensor_rays = 256;
-    coarse.target_error = 0;
-    coarse.progress = [&](const Progress& p) {
-      return tell("compiling kernels for " + setting.name, -1, p.unshot_relative);
-    };
-    solve(device_of(setting.precision), scene_, coarse);
-  }
-
-  // Nothing when it was stopped. must: whatever the budget says.
-  std::optional<Solution> solved(const TradeoffSetting& setting, bool must, double pending_s) {
-    warm_up(setting);
-    if (over_) return {};
-    SolveOptions o = setting.options;
-    o.progress = [&](const Progress& p) {
-      return tell(setting.name, pending_s, p.unshot_relative) && (must || left() > 0);
-    };
-    Device& device = device_of(setting.precision);
-    device.reset_profile();
-    device.ledger()->peak = device.ledger()->held;
-    Solution s = solve(device, scene_, o);
-    if (s.stopped && (over_ || (!must && left() <= 0))) return {};
-    return s;
-  }
-
   void choose_points() {
     if (result_.at_sensors) {
       result_.points = options_.sensors.size();
       return;
     }
-    places_ = exposed_places(device_of(device_options_.precision), scene_,
+    places_ = exposed_places(runner_.device_of(precision_), scene_,
                              stratified_places(scene_, options_.points, options_.seed));
     if (places_.empty()) throw UsageError("no surface of the scene is exposed: there is nothing to compare");
     for (const Place& p : places_) weights_.push_back(p.weight_m2);
@@ -197,15 +131,15 @@ class Measurement {
   // One level more. False: it did not come to its end, or there is no memory for it.
   bool next_level(bool must) {
     TradeoffSetting setting = reference_setting(extent_, base_, reference_.level + 1);
-    setting.precision = device_options_.precision;
+    setting.precision = precision_;
     if (!result_.at_sensors) {
       setting.options.sensors.clear();
       for (const Place& p : places_) setting.options.sensors.push_back(p.sensor);
     }
-    const double begin = seconds();
+    const double begin = runner_.seconds();
     std::optional<Solution> s;
     try {
-      s = solved(setting, must, -1);
+      s = runner_.solved(setting, must, -1);
     } catch (const MemoryError&) {
       if (reference_.level < 0) throw;
     }
@@ -215,7 +149,7 @@ class Measurement {
     if (reference_.level >= 0) reference_.error_relative = rms(reference_.values, values) / 2;
     reference_.values = std::move(values);
     ++reference_.level;
-    reference_.last_s = seconds() - begin;
+    reference_.last_s = runner_.seconds() - begin;
     result_.reference.seconds += reference_.last_s;
     result_.reference.what = fmt::format(
         "a gather at the points with {} rays each from a solve of {} elements; its error is half of what the "
@@ -239,7 +173,7 @@ class Measurement {
       reference_.error_relative = 0;
       result_.reference.what = "exact: in a closed room that is the same everywhere, H = E / (1 - rho)";
     } else {
-      while (!over_ && reference_.level < 1 && next_level(true)) {
+      while (!runner_.over() && reference_.level < 1 && next_level(true)) {
       }
     }
   }
@@ -251,8 +185,9 @@ class Measurement {
   }
 
   void refine_reference() {
-    while (reference_.level >= 0 && !over_ && reference_.error_relative > reference_part * smallest_error() &&
-           reference_growth * reference_.last_s < left())
+    while (reference_.level >= 0 && !runner_.over() &&
+           reference_.error_relative > reference_part * smallest_error() &&
+           reference_growth * reference_.last_s < runner_.left())
       if (!next_level(false)) break;
   }
 
@@ -260,15 +195,15 @@ class Measurement {
   double predicted(const TradeoffSetting& setting) {
     const SolveOptions& o = setting.options;
     // Another precision is of another device; opening one to ask is too much.
-    Device& device = device_of(device_options_.precision);
+    Device& device = runner_.device_of(precision_);
     if (!(factor_s_ > 0)) factor_s_ = seconds_per_factor(device);
     const double s = predict(device, scene_, o, plan_effects(scene_, o), factor_s_).seconds;
     const double triangles = 2 * double(scene_.polygons.size());
-    const double slower = o.engine == "serial"                             ? std::max(1.5, triangles / 40)
-                          : o.engine == "chop"                             ? 5
-                          : o.adaptive.tolerance > 0                       ? 3
-                          : setting.precision != device_options_.precision ? 2
-                                                                           : 1;
+    const double slower = o.engine == "serial"              ? std::max(1.5, triangles / 40)
+                          : o.engine == "chop"              ? 5
+                          : o.adaptive.tolerance > 0        ? 3
+                          : setting.precision != precision_ ? 2
+                                                            : 1;
     return s * slower * actual_by_predicted_;
   }
 
@@ -292,7 +227,7 @@ class Measurement {
   // Index of the run; nothing when it was left out.
   std::optional<std::size_t> measure(const TradeoffSetting& setting, bool must, double predicted_s,
                                      double pending_s) {
-    const double allowed = left();
+    const double allowed = runner_.left();
     if (!must && predicted_s > allowed) {
       leave_out(
           setting, predicted_s,
@@ -302,13 +237,14 @@ class Measurement {
     TradeoffRun run{setting, predicted_s, INFINITY};
     std::vector<double> values;
     try {
-      for (int k = 0; k < short_repeats && (k == 0 || (run.seconds < short_s && left() > 2 * run.seconds));
+      for (int k = 0;
+           k < short_repeats && (k == 0 || (run.seconds < short_s && runner_.left() > 2 * run.seconds));
            ++k) {
-        const std::optional<Solution> s = solved(setting, must, pending_s);
+        const std::optional<Solution> s = runner_.solved(setting, must, pending_s);
         if (!s) {
-          if (!over_ && k == 0)
+          if (!runner_.over() && k == 0)
             leave_out(setting, predicted_s, "stopped: it took longer than the budget had left");
-          if (k == 0 || over_) return {};
+          if (k == 0 || runner_.over()) return {};
           break;
         }
         const Report& r = s->report;
@@ -317,7 +253,7 @@ class Measurement {
             std::min(run.seconds,
                      setting.options.target_error > 0 ? r.seconds.total : r.seconds.build + r.seconds.solve);
         if (k > 0) continue;
-        run.estimate_relative = result_.at_sensors ? estimate_at_sensors(r.error) : r.error.total_relative;
+        run.estimate_relative = result_.at_sensors ? r.error.sensors_relative : r.error.total_relative;
         run.patches = s->mesh.patches.size(), run.elements = s->mesh.elements.size();
         run.vertices = s->vertex_count(), run.rays = r.rays, run.device_peak_bytes = r.device_peak_bytes;
         values = values_of(*s, false);
@@ -327,6 +263,7 @@ class Measurement {
       return {};
     }
     result_.runs.push_back(std::move(run));
+    runner_.runs = result_.runs.size();
     values_.push_back(std::move(values));
     return result_.runs.size() - 1;
   }
@@ -340,22 +277,22 @@ class Measurement {
 
   void climb() {
     std::vector<TradeoffSetting> rungs = ladder_settings(extent_, base_);
-    const double until = seconds() + ladder_share * left();
+    const double until = runner_.seconds() + ladder_share * runner_.left();
     for (TradeoffSetting& rung : rungs) {
-      if (over_) return;
-      rung.precision = device_options_.precision;
+      if (runner_.over()) return;
+      rung.precision = precision_;
       if (!is_new(rung)) continue;
       const bool must = result_.runs.empty();
       const double p = predicted(rung);
-      if (!must && seconds() + p * wall_by_seconds_ > until) {
+      if (!must && runner_.seconds() + p * wall_by_seconds_ > until) {
         later_.push_back(rung);
         continue;
       }
-      const double begin = seconds();
+      const double begin = runner_.seconds();
       const auto run = measure(rung, must, p, options_.budget_s);
       if (!run) continue;
       const TradeoffRun& r = result_.runs[*run];
-      wall_by_seconds_ = std::clamp((seconds() - begin) / r.seconds, 1.0, 4.0);
+      wall_by_seconds_ = std::clamp((runner_.seconds() - begin) / r.seconds, 1.0, 4.0);
       // Short runs are mostly what does not grow with the work.
       if (r.seconds > 0.2)
         actual_by_predicted_ *= std::clamp(r.seconds / std::max(r.predicted_s, 1e-9), 0.2, 5.0);
@@ -377,7 +314,7 @@ class Measurement {
     for (std::size_t i = highest + 1; i-- > 0;) {
       result_.middle = rung_runs_[i];
       settings = variations_of(result_.runs[result_.middle].setting, extent_);
-      if (i == 0 || together(settings) * wall_by_seconds_ < left() - kept) break;
+      if (i == 0 || together(settings) * wall_by_seconds_ < runner_.left() - kept) break;
     }
     std::vector<std::pair<double, TradeoffSetting>> by_time;
     for (TradeoffSetting& s : settings)
@@ -387,7 +324,7 @@ class Measurement {
     double pending = 0;
     for (const auto& [p, s] : by_time) pending += p * wall_by_seconds_;
     for (const auto& [p, s] : by_time) {
-      if (over_) return;
+      if (runner_.over()) return;
       measure(s, false, p, pending);
       pending -= p * wall_by_seconds_;
     }
@@ -396,8 +333,8 @@ class Measurement {
   // What solves that aim at an error take, beside settings chosen by hand.
   void aim() {
     for (TradeoffSetting& s : target_settings(base_)) {
-      if (over_) return;
-      s.precision = device_options_.precision;
+      if (runner_.over()) return;
+      s.precision = precision_;
       // As long as the best by hand, and the coarser solves on the way.
       double cheapest = INFINITY;
       for (std::size_t i = 0; i < values_.size(); ++i)
@@ -424,17 +361,16 @@ class Measurement {
     for (const std::size_t i : result_.front) result_.runs[i].on_front = true;
     for (const double target : {0.05, 0.01, 0.001})
       result_.advice.push_back(cheapest_within(result_.runs, target));
-    result_.seconds = seconds();
+    result_.seconds = runner_.seconds();
+    result_.stopped = runner_.over();
   }
 
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-  DeviceOptions device_options_;
   Scene scene_;
   const TradeoffOptions& options_;
   double extent_;
   SolveOptions base_;
-  std::map<Precision, std::unique_ptr<Device>> devices_;
-  std::set<std::string> warm_;
+  Precision precision_;
+  Runner runner_;
   std::map<std::string, std::string> seen_;  // key -> name
   std::vector<Place> places_;
   std::vector<double> weights_;
@@ -446,7 +382,6 @@ class Measurement {
   double factor_s_ = 0;
   double wall_by_seconds_ =
       1.5;  // of measuring a setting: repeats, invariants and comparing are not the solve
-  bool over_ = false;
   Tradeoff result_;
 };
 

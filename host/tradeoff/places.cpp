@@ -2,10 +2,10 @@
 
 #include <cmath>
 #include <glm/geometric.hpp>
-#include <random>
 
 #include "mesh/build.hpp"
 #include "mesh/locate.hpp"
+#include "mesh/random.hpp"
 #include "output/displayed.hpp"
 #include "scene/planes.hpp"
 #include "solve/covered.hpp"
@@ -34,19 +34,17 @@ double fraction(double x) {
 }  // namespace
 
 std::vector<Place> stratified_places(const Scene& scene, std::uint32_t count, std::uint64_t seed) {
-  std::mt19937_64 random(seed);
-  // By hand, because the library's distributions differ from one to the next.
-  const auto unit = [&] { return std::ldexp(double(random() >> 11), -53); };
+  Random random(seed);
   double all = 0;
   for (const Polygon& p : scene.polygons) all += p.area_m2();
   std::vector<Place> places;
   // Points at equal steps along the polygons' areas, end to end, from a random start: a polygon of k steps gets k on average.
   const double step = all / count;
-  double next = unit() * step, begin = 0;
+  double next = random.unit() * step, begin = 0;
   for (std::uint32_t i = 0; i < scene.polygons.size(); ++i) {
     const Polygon& p = scene.polygons[i];
     const double area = p.area_m2();
-    const double shift_u = unit(), shift_v = unit();
+    const double shift_u = random.unit(), shift_v = random.unit();
     constexpr double g = 1.32471795724474602596;  // g^3 = g + 1
     for (std::uint32_t k = 1; next < begin + area; next += step, ++k) {
       Place place{i, fraction(shift_u + k / g), fraction(shift_v + k / (g * g)), 0, {}};
@@ -60,6 +58,10 @@ std::vector<Place> stratified_places(const Scene& scene, std::uint32_t count, st
     begin += area;
   }
   return places;
+}
+
+Sensor sensor_at(const Polygon& polygon, double u, double v) {
+  return {on_polygon(polygon, u, v).position_m, polygon.normal()};
 }
 
 std::vector<Place> exposed_places(Device& device, const Scene& scene, const std::vector<Place>& places) {

@@ -21,6 +21,9 @@ struct Place {
 /// shift. Weighted means over them estimate means over the scene's area without bias. Covered ones are among them.
 std::vector<Place> stratified_places(const Scene& scene, std::uint32_t count, std::uint64_t seed);
 
+/// On the front of a polygon, at its parameters (u, v).
+Sensor sensor_at(const Polygon& polygon, double u, double v);
+
 /// Those that nothing stands on or encloses, by the solve's own test of vertices.
 std::vector<Place> exposed_places(Device& device, const Scene& scene, const std::vector<Place>& places);
 

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace clrad {
 namespace {
@@ -27,14 +26,6 @@ std::string length_text(double metres) {
 }
 
 }  // namespace
-
-double extent_of_box(const Scene& scene) {
-  glm::dvec3 low(std::numeric_limits<double>::infinity()), high(-std::numeric_limits<double>::infinity());
-  for (const Polygon& p : scene.polygons)
-    for (std::uint32_t k = 0; k < p.corners; ++k)
-      low = glm::min(low, p.corner[k]), high = glm::max(high, p.corner[k]);
-  return std::max({high.x - low.x, high.y - low.y, high.z - low.z});
-}
 
 std::vector<TradeoffSetting> ladder_settings(double extent_m, const SolveOptions& base) {
   struct Rung {

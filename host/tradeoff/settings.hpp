@@ -6,9 +6,6 @@
 
 namespace clrad {
 
-/// Longest side of the box around the scene [m].
-double extent_of_box(const Scene& scene);
-
 /// Mesh and samples refined together, coarse to fine: each rung takes some two to four times as long as the one before.
 /// `base` has all that no setting changes: sensors, seed.
 std::vector<TradeoffSetting> ladder_settings(double extent_m, const SolveOptions& base);

@@ -99,6 +99,11 @@ struct Report {
     bool converges = true;          ///< false: amplified_defect > 1, or the solve came to a stand
   } closure;
   Comparison comparison;
+  /// What `clrad plan` would have said of this solve; NaN where nobody asked.
+  struct {
+    double seconds = NAN;       ///< to compare with seconds.build + seconds.solve
+    double device_bytes = NAN;  ///< with device_peak_bytes
+  } predicted;
   /// Of a solve to a target (SolveOptions::target_error, time_budget_s); no steps without one.
   struct {
     double error_relative = 0, time_budget_s = 0;

@@ -4,6 +4,7 @@
 
 #include "mesh/build.hpp"
 #include "oracle/reference.hpp"
+#include "scene/extent.hpp"
 #include "tradeoff/settings.hpp"
 
 namespace clrad {
@@ -27,7 +28,7 @@ TEST(TradeoffSettings, EdgesArePrintedAsTheyAreAndCutAsMeant) {
     Scene scene = room;
     for (Polygon& p : scene.polygons)
       for (glm::dvec3& c : p.corner) c *= scale;
-    const double extent = extent_of_box(scene);
+    const double extent = extent_m(scene);
     const TradeoffSetting default_mesh = ladder_settings(extent, {})[5];  // extent / 8 and / 64
     const MeshOptions& mesh = default_mesh.options.mesh;
     EXPECT_LE(count_mesh(scene, mesh).patches, count_mesh(scene, {}).patches) << extent;
