@@ -1,10 +1,14 @@
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <charconv>
 #include <chrono>
 #include <cmath>
+#include <ctime>
 #include <filesystem>
+#include <fstream>
 #include <glm/geometric.hpp>
+#include <sstream>
 
 #include "cli/cli.hpp"
 
@@ -22,6 +26,24 @@ bool split_number(const std::string& text, double& value, std::string& rest) {
   if (error != std::errc() || !std::isfinite(value)) return false;
   rest.assign(end, text.data() + text.size());
   return true;
+}
+
+// Libraries are loaded before main(): since the kernel started the process, from field 22 of /proc/self/stat (proc(5)), in ticks since boot;
+// 0 where there is no such file.
+double seconds_of_loading() {
+  std::ifstream file("/proc/self/stat");
+  std::string text;
+  std::getline(file, text);
+  const std::size_t after_name = text.rfind(')');
+  if (after_name == std::string::npos) return 0;
+  std::istringstream fields(text.substr(after_name + 1));
+  for (int field = 3; field < 22; ++field) fields >> text;
+  double ticks = 0;
+  timespec now{};
+  if (!(fields >> ticks) || clock_gettime(CLOCK_BOOTTIME, &now) != 0) return 0;
+  const double seconds =
+      double(now.tv_sec) + 1e-9 * double(now.tv_nsec) - ticks / double(sysconf(_SC_CLK_TCK));
+  return seconds > 0 && seconds < 60 ? seconds : 0;
 }
 
 }  // namespace
@@ -90,8 +112,9 @@ double parse_seconds(const char* option, const std::string& text) {
 }
 
 double seconds_since_start() {
-  static const auto start = std::chrono::steady_clock::now();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  static const auto main_began = std::chrono::steady_clock::now();
+  static const double before_main = seconds_of_loading();
+  return before_main + std::chrono::duration<double>(std::chrono::steady_clock::now() - main_began).count();
 }
 
 double parse_unit(const std::string& text) {

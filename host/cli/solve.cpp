@@ -21,7 +21,7 @@ struct Arguments {
   SidesArguments sides;
   SolveArguments solve;
   std::string compare;
-  bool quiet = false;
+  bool quiet = false, predicts = true;
 };
 
 void print_summary(const Solution& s) {
@@ -132,7 +132,8 @@ int run_solve(Arguments& a) {
     return !interrupted();
   };
   if (options.time_budget_s > 0) {
-    const double spent = seconds_since_start() + a.outputs.seconds(), whole = options.time_budget_s;
+    constexpr double ending = 0.25;  // closing the device, and the summary
+    const double spent = seconds_since_start() + a.outputs.seconds() + ending, whole = options.time_budget_s;
     if (spent > 0.9 * whole)
       throw UsageError(fmt::format(
           "--time-budget {:.3g} s: reading the scene and drawing take {:.2g} s of that", whole, spent));
@@ -140,7 +141,7 @@ int run_solve(Arguments& a) {
   }
   // Of a solve to a target the last settings are known only at its end, and of one that goes on what is done already is not counted.
   const bool predictable =
-      !(options.target_error > 0 || options.time_budget_s > 0) && options.resume.empty();
+      a.predicts && !(options.target_error > 0 || options.time_budget_s > 0) && options.resume.empty();
   const Prediction foreseen =
       predictable ? predict(device, scene, options, plan_effects(scene, options)) : Prediction{};
   Solution solution = solve(device, scene, options);
@@ -189,6 +190,8 @@ void add_solve(CLI::App& app, Action& action) {
   verb->add_option(
       "--compare", a->compare,
       "a solution of the same scene (solution.clrad): the report says how far this one is from it");
+  verb->add_flag("!--no-predict", a->predicts,
+                 "do not predict time and memory first, which takes some tens of milliseconds");
   verb->add_flag("--quiet", a->quiet, "no progress, no summary");
   verb->callback([a, &action] { action = [a] { return run_solve(*a); }; });
 }

@@ -211,6 +211,14 @@ Places places_of(const Solution& solution, const Edges& edges) {
   return places;
 }
 
+// For each of `places`; 0: a mesh as fine as that shows the light itself, and its vertices would take far longer than the sensors.
+std::uint32_t vertex_rays(std::uint64_t places, std::uint64_t sensors, std::uint64_t rays) {
+  const std::uint64_t share = std::min(sensors * rays / places, rays / sensor_per_vertex_rays);
+  const std::uint64_t each = std::max(std::min(fewest_vertex_rays, 4 * rays), share);
+  const bool too_many = places * each > std::max(always_vertex_work, most_vertex_work * sensors * rays);
+  return too_many ? 0 : std::uint32_t(each);
+}
+
 // The same rays, fewer of them, from the vertices and from the middles of edges: what comes to a sensor by one surface is then off by what
 // the mesh says of light after two more, and no longer by what the averages of patches hide of the first; and next to the edges of
 // walls, where this falls steeply, it is interpolated by parabolas. Where patches are so many that each would hardly get a ray the mesh
@@ -225,15 +233,8 @@ double gather_at_vertices(Device& device, const Solution& solution, Surroundings
   way.first_share = 1;  // too few to tell what varies
   const Places places = places_of(solution, around.edges);
   if (places.points.empty()) return 0;
-  const std::uint64_t share =
-      std::min(sensors * way.rays / places.points.size(), way.rays / sensor_per_vertex_rays);
-  const std::uint64_t rays_of_sensor = way.rays;
-  way.rays = std::uint32_t(std::max(std::min(fewest_vertex_rays, 4 * rays_of_sensor), share));
-  if (around.patches > most_patches_per_ray * way.rays) return 0;
-  // A mesh as fine as that shows the light itself, and its vertices would take far longer than the sensors.
-  if (places.points.size() * way.rays >
-      std::max(always_vertex_work, most_vertex_work * sensors * rays_of_sensor))
-    return 0;
+  way.rays = vertex_rays(places.points.size(), sensors, way.rays);
+  if (way.rays == 0 || around.patches > most_patches_per_ray * way.rays) return 0;
   const PointArray at(device, places.points, "vertices");
   RealArray irradiance(device, places.points.size() * solution.bands, "irradiance of vertices"),
       error(device, places.points.size() * solution.bands, "irradiance of vertices");
@@ -292,6 +293,14 @@ void add_light_of(Lights& lights, Device& device, VisibilityEngine& engine, cons
   const std::vector<double> by_band = direct.download();
   for (std::uint64_t s = 0; s < count; ++s)
     for (std::uint32_t b = 0; b < bands; ++b) irradiance[s * bands + b] += by_band[b * count + s];
+}
+
+bool gathers_at_vertices(double patches, double vertices, std::uint64_t sensors, std::uint32_t rays) {
+  constexpr double places_by_vertices = 3;  // edges of quads are twice as many as vertices
+  const double places = places_by_vertices * vertices;
+  if (!(places >= 1 && places < 1e12) || sensors == 0) return false;
+  const std::uint32_t each = vertex_rays(std::uint64_t(places), sensors, rays);
+  return each > 0 && patches <= double(most_patches_per_ray * each);
 }
 
 Frame frame_with_sensors(const Scene& scene, std::span<const Sensor> sensors) {

@@ -11,6 +11,7 @@
 #include "clrad/error.hpp"
 #include "scene/extent.hpp"
 #include "solve/checkpoint.hpp"
+#include "solve/sensor.hpp"
 
 namespace clrad {
 namespace {
@@ -22,7 +23,11 @@ using Clock = std::chrono::steady_clock;
 constexpr double order_of_receiving = 1.2, order_of_shooting = 1.2, order_of_samples = 0.5,
                  order_of_visibility_in_patches = 0.5, order_of_sensor_rays = 0.6;
 // Predictions are not exact: the next setting is to come out a little below the target, and well inside the time.
-constexpr double aim = 0.8, share_of_time_left = 0.7;
+constexpr double aim = 0.8, share_of_time_left = 0.75;
+// What a sensor sees is off by this much more where the mesh is too fine for its vertices to be gathered anew.
+constexpr double without_vertices = 2.5;
+// The last part of a time budget: the program has to end, too.
+constexpr double ending_s = 0.05;
 // A next solve takes at most this many times the last one's time: what the last one said of the error is too far off beyond.
 constexpr double longest_step = 12;
 constexpr int most_solves = 8;
@@ -137,16 +142,24 @@ void each_finer(const Setting& at, bool sensors, Visit visit) {
 }
 
 std::optional<Setting> next_setting(const TargetErrors& errors, const Setting& at, const Cost& cost,
-                                    double target, double seconds_left) {
+                                    double target, double seconds_left, std::uint64_t sensors) {
+  const auto regathers = [&](const Setting& s) {
+    const double p = std::pow(at.patch_edge_m / s.patch_edge_m, 2),
+                 v = std::pow(at.element_edge_m() / s.element_edge_m(), 2);
+    return gathers_at_vertices(cost.patches * p, cost.vertices * v, sensors, s.sensor_rays);
+  };
   std::optional<Setting> best;
   double best_seconds = 0, best_error = 0, best_cost = 0;
   const double most_seconds = std::min(seconds_left * share_of_time_left, longest_step * cost.total());
   each_finer(at, errors.at_sensors, [&](const Setting& next) {
-    const double error = predicted(errors, at, next).total(), seconds = predicted_seconds(cost, at, next);
+    const double seconds = predicted_seconds(cost, at, next);
     if (seconds > most_seconds) return;
+    TargetErrors then = predicted(errors, at, next);
+    if (regathers(at) && !regathers(next)) then.seen *= without_vertices;
+    const double error = then.total();
     const bool meets = target > 0 && error <= aim * target,
                best_meets = target > 0 && best_error <= aim * target;
-    if (!meets && error > 0.75 * errors.total()) return;
+    if (!meets && error > (target > 0 ? 0.75 : 0.9) * errors.total()) return;
     // Where none meets the target: the most for the time.
     const double cost_of_error = target > 0 ? error * std::pow(seconds, 0.4) : error;
     const bool better = !best                 ? true
@@ -200,9 +213,17 @@ double sensor_seconds(const Report& report) {
 Solution solve_to_target(const Scene& scene, const SolveOptions& options, const SolveOnce& solve_once) {
   const auto start = Clock::now();
   const auto elapsed = [&] { return std::chrono::duration<double>(Clock::now() - start).count(); };
-  const double budget = options.time_budget_s > 0 ? options.time_budget_s : INFINITY;
+  const double budget = options.time_budget_s > 0
+                            ? std::max(0.5 * options.time_budget_s, options.time_budget_s - ending_s)
+                            : INFINITY;
   const bool sensors = aims_at_sensors(options);
   Setting setting = first_setting(scene, options);
+  // Kernels are loaded by the coarsest solve that there is, so that the next one's time says what finer ones take.
+  std::optional<Setting> first;
+  if (options.resume.empty() && options.mesh.patch_edge_m <= 0) {
+    first = setting;
+    setting.patch_edge_m *= 2, setting.level = 1;
+  }
   std::optional<Solution> best;
   std::vector<TargetStep> steps;
   std::string why;  // it ended before the target was met
@@ -240,13 +261,18 @@ Solution solve_to_target(const Scene& scene, const SolveOptions& options, const 
     cost.shooting_s = std::max(1e-4, seconds - cost.sensors_s);
     cost.vertices = solution->vertex_count(), cost.patches = double(solution->mesh.patches.size());
     const bool stopped = solution->stopped;
-    if (!best || !stopped || errors.total() < error) error = errors.total(), best = std::move(solution);
+    if (!best || errors.total() < error) error = errors.total(), best = std::move(solution);
     if (stopped) {
       why = "it was stopped";
       break;
     }
     if (options.target_error > 0 && error <= options.target_error) break;
-    const auto next = next_setting(errors, setting, cost, options.target_error, budget - elapsed());
+    if (first) {
+      setting = *first, first.reset();
+      continue;
+    }
+    const auto next =
+        next_setting(errors, setting, cost, options.target_error, budget - elapsed(), options.sensors.size());
     if (!next) {
       why = std::isfinite(budget) ? "nothing finer fits into the time" : "nothing finer would help";
       break;
@@ -261,6 +287,7 @@ Solution solve_to_target(const Scene& scene, const SolveOptions& options, const 
   report.target.at_sensors = sensors;
   report.target.met = options.target_error <= 0 || error <= options.target_error;
   report.target.steps = std::move(steps);
+  report.seconds.total = elapsed();
   if (!report.target.met)
     report.warnings.push_back(fmt::format(
         "the error is {:.3g} %, not the {:.3g} % that were asked for: {}", 100 * error,

@@ -33,6 +33,9 @@ Solution reported() {
   r.energy.unaccounted_relative = std::numeric_limits<double>::quiet_NaN();
   r.error.total_relative = 0.02;
   r.error.parts = {{"visibility", 0.01, false}, {"rounding", 1e-6, true}};
+  r.predicted = {2.5, 150};
+  r.target.error_relative = 0.01, r.target.met = false;
+  r.target.steps = {{0.5, 0.25, 4, 256, 1024, 0.03, 1.5}};
   r.invariants = {{"row sums", 0.001, 0.01, true}};
   r.warnings = {"no light"};
   r.device_peak_bytes = 100, r.host_peak_bytes = 200;
@@ -56,7 +59,7 @@ TEST(ReportJson, HasTheKeysOfItsSchema) {
       (Keys{"schema",          "program",     "scene",      "device",   "options",  "converged", "stopped",
             "unshot_relative", "effects",     "stages",     "shoots",   "reshoots", "rays",      "pieces",
             "candidates",      "exact_tests", "refinement", "closure",  "seconds",  "energy",    "error",
-            "invariants",      "memory",      "warnings",   "polygons", "sensors"}));
+            "predicted", "target", "invariants",      "memory",      "warnings",   "polygons", "sensors"}));
   EXPECT_EQ(keys(r["program"]), (Keys{"version", "commit"}));
   EXPECT_EQ(keys(r["scene"]),
             (Keys{"file", "quantity", "polygons", "patches", "elements", "vertices", "bands"}));
@@ -67,6 +70,14 @@ TEST(ReportJson, HasTheKeysOfItsSchema) {
   EXPECT_EQ(keys(r["energy"]),
             (Keys{"closed", "emitted_W", "absorbed_W", "unshot_W", "unaccounted_W", "unaccounted_relative"}));
   EXPECT_EQ(keys(r["error"]), (Keys{"total_relative", "sensors_relative", "parts", "sensor_parts"}));
+  EXPECT_EQ(r["predicted"]["seconds"], 2.5);
+  EXPECT_EQ(r["predicted"]["actual_seconds"], 2.0 + 3.0);
+  EXPECT_EQ(r["predicted"]["actual_device_bytes"], 100);
+  EXPECT_EQ(r["target"]["error_relative"], 0.01);
+  EXPECT_TRUE(r["target"]["time_budget_s"].is_null());
+  EXPECT_FALSE(r["target"]["met"]);
+  EXPECT_EQ(keys(r["target"]["steps"][0]), (Keys{"patch_edge_m", "element_edge_m", "samples", "light_samples",
+                                                 "sensor_rays", "error_relative", "seconds"}));
   EXPECT_EQ(keys(r["error"]["parts"][0]), (Keys{"name", "relative", "kind"}));
   EXPECT_EQ(keys(r["invariants"][0]), (Keys{"name", "worst", "allowed", "holds"}));
   EXPECT_EQ(keys(r["memory"]), (Keys{"device_peak_bytes", "host_peak_bytes"}));

@@ -59,6 +59,7 @@ Solution full_solution() {
              0.03,
              {{"convergence", 0.01, true}, {"visibility", 0.017, false}},
              {{"sensor rays", 0.03, false}}};
+  r.predicted = {2.5, 1e9};
   r.target = {0.05, 20, true, false, {{0.5, 0.25, 4, 256, 1024, 0.07, 1.5}}};
   r.refinement = {1, 2, 3, 4, 5, 6, 7, 8, 9};
   r.invariants = {{"row sums", 1.01, 1.0, false}};
