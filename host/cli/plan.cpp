@@ -116,6 +116,10 @@ int run_plan(PlanArguments& a) {
   Device device(a.solve.device.resolved());
   const Prediction prediction = predict(device, scene, options, effects);
   print_plan(scene, effects, prediction);
+  if (options.target_error > 0 || options.time_budget_s > 0)
+    fmt::print(
+        "Of --target-error and --time-budget nothing is predicted: solve finds the settings as it goes, and "
+        "these numbers are of the ones above.\n");
   if (!a.json.empty()) {
     write_file(a.json, plan_json(scene, effects, prediction));
     fmt::print("wrote {}\n", a.json);

@@ -131,13 +131,15 @@ int run_solve(Arguments& a) {
     line.show(p);
     return !interrupted();
   };
-  if (options.time_budget_s > 0) {
+  const double time_budget_s = options.time_budget_s;
+  if (time_budget_s > 0) {
     constexpr double ending = 0.25;  // closing the device, and the summary
-    const double spent = seconds_since_start() + a.outputs.seconds() + ending, whole = options.time_budget_s;
-    if (spent > 0.9 * whole)
-      throw UsageError(fmt::format(
-          "--time-budget {:.3g} s: reading the scene and drawing take {:.2g} s of that", whole, spent));
-    options.time_budget_s = whole - spent;
+    const double spent = seconds_since_start() + a.outputs.seconds() + ending;
+    if (spent > 0.9 * time_budget_s)
+      throw UsageError(
+          fmt::format("--time-budget {:.3g} s: reading the scene and drawing take {:.2g} s of that",
+                      time_budget_s, spent));
+    options.time_budget_s = time_budget_s - spent;
   }
   // Of a solve to a target the last settings are known only at its end, and of one that goes on what is done already is not counted.
   const bool predictable =
@@ -146,6 +148,7 @@ int run_solve(Arguments& a) {
       predictable ? predict(device, scene, options, plan_effects(scene, options)) : Prediction{};
   Solution solution = solve(device, scene, options);
   if (predictable) solution.report.predicted = {foreseen.seconds, foreseen.device_bytes};
+  solution.report.target.time_budget_s = time_budget_s;
   solution.report.seconds.import = import;
   solution.report.seconds.total += import;
   if (other) {

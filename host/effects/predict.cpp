@@ -11,6 +11,7 @@
 #include "scene/enclosure.hpp"
 #include "solve/balance.hpp"
 #include "solve/form_factor.hpp"
+#include "solve/sensor.hpp"
 #include "solve/transmission.hpp"
 
 namespace clrad {
@@ -20,9 +21,11 @@ namespace {
 // (`./run bench effects` prints predicted and actual side by side).
 constexpr double cost_of_factor = 1.6, cost_of_ray = 0.25, cost_of_glass = 0.5, cost_of_weighing = 0.25,
                  cost_of_vertex = 0.9, cost_of_near_field = 0.30, cost_of_covered = 110, cost_of_triangle = 4,
-                 cost_of_band = 0.02, cost_of_sensor_ray = 1.0, cost_of_element_on_host = 3,
+                 cost_of_band = 0.02, cost_of_sensor_ray = 2.0, cost_of_element_on_host = 3,
                  cost_of_launch_s = 20e-6;
 constexpr double launches_per_shoot = 16;
+// From a vertex and the middles of the two edges to each; what the error's estimate takes.
+constexpr double rays_around_vertices = 3 * 256, share_of_estimate = 0.15;
 // Of all vertices, those that are in front of a shooter and face it, in rooms with things in them and without.
 constexpr double facing_share = 0.5, facing_share_of_convex = 0.83;
 
@@ -181,6 +184,9 @@ Prediction predict(Device& device, const Scene& scene, const SolveOptions& optio
   Prediction::Part common{"mesh and form factors"};
   common.seconds = shoots.direct * per_shoot + unit * cost_of_element_on_host * counts.elements +
                    unit * cost_of_sensor_ray * double(options.sensors.size()) * options.sensor_rays;
+  if (reflects &&
+      gathers_at_vertices(counts.patches, counts.vertices, options.sensors.size(), options.sensor_rays))
+    common.seconds += unit * cost_of_sensor_ray * rays_around_vertices * counts.vertices;
   // Points, four flags or sums and a column a vertex; corners, weights, share and value an element.
   common.device_bytes = counts.vertices * (12 * real + 12 + 5 * real + 2 * real) +
                         counts.elements * (16 + 6 * real) + counts.patches * 12 * real +
@@ -212,6 +218,12 @@ Prediction predict(Device& device, const Scene& scene, const SolveOptions& optio
       part.seconds = part.device_bytes = NAN;
     }
     result.parts.push_back(part);
+  }
+  if (options.error) {
+    double all = 0;
+    for (const Prediction::Part& part : result.parts)
+      if (part.seconds > 0) all += part.seconds;
+    result.parts[0].seconds += share_of_estimate * all;
   }
   for (const Prediction::Part& part : result.parts) {
     if (part.seconds > 0) result.seconds += part.seconds;

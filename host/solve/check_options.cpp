@@ -35,8 +35,6 @@ void check_options(const SolveOptions& o) {
         fmt::format("--target-error {} is not a relative error between 0 and 1", o.target_error));
   if (!(o.time_budget_s >= 0) || !std::isfinite(o.time_budget_s))
     throw UsageError(fmt::format("--time-budget {} is not a time in seconds", o.time_budget_s));
-  if ((o.target_of == TargetOf::sensors || o.target_of == TargetOf::worst_sensor) && o.sensors.empty())
-    throw UsageError("--target-of sensors or max, but there are no sensors");
   if (!o.error && (o.target_error > 0 || o.time_budget_s > 0))
     throw UsageError("--target-error and --time-budget need the estimate that --no-error switches off");
   if (o.shooters == 0) throw UsageError("--shooters 0: at least one patch shoots at a time");

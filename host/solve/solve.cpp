@@ -278,6 +278,11 @@ Solution solve(Device& device, const Scene& scene, const SolveOptions& options) 
   check_options(options);
   require_range(scene);
   require_sensors_near(scene, options.sensors);
+  // Not with the options: a command line has those before it has read the sensors.
+  const bool of_sensors =
+      options.target_of == TargetOf::sensors || options.target_of == TargetOf::worst_sensor;
+  if (of_sensors && options.sensors.empty())
+    throw UsageError("--target-of sensors or max, but there are no sensors");
   if (options.target_error > 0 || options.time_budget_s > 0)
     return solve_to_target(scene, options,
                            [&](const SolveOptions& o) { return solve_once(device, scene, o); });

@@ -65,6 +65,41 @@ TEST_F(Cli, BadUsageIsExitCodeTwo) {
   EXPECT_NE(device.error.find("abacus"), std::string::npos);
 }
 
+TEST_F(Cli, ATargetIsMetOrExitCodeFourSaysThatItIsNot) {
+  const std::string room = CLRAD_SCENES "/block_room.obj";
+  const auto met = run({"solve", room, "--target-error", "10%", "--json", path("met.json")});
+  ASSERT_EQ(met.code, 0) << met.error;
+  EXPECT_NE(met.out.find("estimated error"), std::string::npos) << met.out;
+  const auto report = nlohmann::json::parse(text("met.json"));
+  EXPECT_TRUE(report["target"]["met"]);
+  EXPECT_LE(report["error"]["total_relative"], 0.1);
+  EXPECT_EQ(report["target"]["error_relative"], 0.1);
+  write("one.pts", "2 1.5 1 0 0 1\n");
+  const auto at_worst = run({"solve", room, "--target-error", "10%", "--target-of", "max", "--sensors",
+                             path("one.pts"), "--json", path("max.json"), "--quiet"});
+  ASSERT_EQ(at_worst.code, 0) << at_worst.error;
+  EXPECT_EQ(nlohmann::json::parse(text("max.json"))["target"]["of"], "sensors");
+  const auto not_met = run({"solve", room, "--target-error", "0.0001%", "--time-budget", "6s", "--json",
+                            path("not.json"), "--quiet"});
+  EXPECT_EQ(not_met.code, 4) << not_met.error;
+  EXPECT_NE(not_met.error.find("not the"), std::string::npos) << not_met.error;
+  const auto other = nlohmann::json::parse(text("not.json"));
+  EXPECT_FALSE(other["target"]["met"]);
+  EXPECT_EQ(other["target"]["time_budget_s"], 6);
+  EXPECT_GT(other["polygons"].size(), 0u);
+}
+
+TEST_F(Cli, BadTargetsAreBadUsage) {
+  const std::string room = CLRAD_SCENES "/block_room.obj";
+  for (const char* share : {"0", "-1%", "100%", "2", "two", "5 per cent"})
+    EXPECT_EQ(run({"solve", room, "--target-error", share}).code, 2) << share;
+  for (const char* time : {"0", "-1", "soon", "5 m"})
+    EXPECT_EQ(run({"solve", room, "--time-budget", time}).code, 2) << time;
+  EXPECT_EQ(run({"solve", room, "--target-error", "5%", "--no-error"}).code, 2);
+  EXPECT_EQ(run({"solve", room, "--target-error", "5%", "--target-of", "sensors"}).code, 2);
+  EXPECT_EQ(run({"solve", room, "--time-budget", "0.001s"}).code, 2);  // gone before it begins
+}
+
 TEST_F(Cli, BadInputIsExitCodeThreeWithFileAndLineAndLeavesNothing) {
   write("bad.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n");
   const auto r = run({"solve", path("bad.obj"), "-o", path("out")});

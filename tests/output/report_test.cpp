@@ -56,10 +56,10 @@ TEST(ReportJson, HasTheKeysOfItsSchema) {
   EXPECT_EQ(r["schema"], "clrad-report-1");
   EXPECT_EQ(
       keys(r),
-      (Keys{"schema",          "program",     "scene",      "device",   "options",  "converged", "stopped",
-            "unshot_relative", "effects",     "stages",     "shoots",   "reshoots", "rays",      "pieces",
-            "candidates",      "exact_tests", "refinement", "closure",  "seconds",  "energy",    "error",
-            "predicted", "target", "invariants",      "memory",      "warnings",   "polygons", "sensors"}));
+      (Keys{"schema",          "program",     "scene",      "device",  "options",  "converged", "stopped",
+            "unshot_relative", "effects",     "stages",     "shoots",  "reshoots", "rays",      "pieces",
+            "candidates",      "exact_tests", "refinement", "closure", "seconds",  "energy",    "error",
+            "predicted",       "target",      "invariants", "memory",  "warnings", "polygons",  "sensors"}));
   EXPECT_EQ(keys(r["program"]), (Keys{"version", "commit"}));
   EXPECT_EQ(keys(r["scene"]),
             (Keys{"file", "quantity", "polygons", "patches", "elements", "vertices", "bands"}));
