@@ -25,7 +25,7 @@ constexpr double cost_of_factor = 1.6, cost_of_ray = 0.25, cost_of_glass = 0.5, 
                  cost_of_launch_s = 20e-6;
 constexpr double launches_per_shoot = 16;
 // From a vertex and the middles of the two edges to each; what the error's estimate takes.
-constexpr double rays_around_vertices = 3 * 256, share_of_estimate = 0.15;
+constexpr double share_of_estimate = 0.15;
 // Of all vertices, those that are in front of a shooter and face it, in rooms with things in them and without.
 constexpr double facing_share = 0.5, facing_share_of_convex = 0.83;
 
@@ -184,9 +184,10 @@ Prediction predict(Device& device, const Scene& scene, const SolveOptions& optio
   Prediction::Part common{"mesh and form factors"};
   common.seconds = shoots.direct * per_shoot + unit * cost_of_element_on_host * counts.elements +
                    unit * cost_of_sensor_ray * double(options.sensors.size()) * options.sensor_rays;
-  if (reflects &&
-      gathers_at_vertices(counts.patches, counts.vertices, options.sensors.size(), options.sensor_rays))
-    common.seconds += unit * cost_of_sensor_ray * rays_around_vertices * counts.vertices;
+  if (reflects)
+    common.seconds +=
+        unit * cost_of_sensor_ray *
+        rays_at_vertices(counts.patches, counts.vertices, options.sensors.size(), options.sensor_rays);
   // Points, four flags or sums and a column a vertex; corners, weights, share and value an element.
   common.device_bytes = counts.vertices * (12 * real + 12 + 5 * real + 2 * real) +
                         counts.elements * (16 + 6 * real) + counts.patches * 12 * real +

@@ -181,23 +181,28 @@ std::vector<double> error_of_seen_light(const Solution& solution, const std::vec
       const double w = points[k].weight, x = w * difference.first.all[i], y = w * difference.second.all[i];
       share[p] += w, first[p] += x, second[p] += y, by_chance[p] += x * y;
     }
-    double sum = 0;
+    double sum = 0, open = 0;
     for (std::size_t p = 0; p < polygons; ++p) {
       const double rho = solution.material_of(std::uint32_t(p)).reflectance[b];
       // first x second has the points' own products in it, which say nothing of the mean.
-      if (share[p] > 0) sum += rho * rho / share[p] * std::max(0.0, first[p] * second[p] - by_chance[p]);
+      if (!(share[p] > 0)) continue;
+      sum += rho * rho / share[p] * (first[p] * second[p] - by_chance[p]);
+      open += 2 * std::pow(rho * rho / share[p] * by_chance[p], 2);
     }
-    result.push_back(amplification[b] * std::sqrt(sum));
+    // One polygon may be below zero by chance, which others make up for. What so few points leave open is added: the two gathers differ by little,
+    // so that a product is (sum of x)^2, of variance 2 (sum of x^2)^2.
+    result.push_back(amplification[b] * std::sqrt(std::max(0.0, sum) + std::sqrt(open)));
   }
   return result;
 }
 
-// A share of the pairs of patch and vertex that the solve traced: first for points, then for rays from each.
+// A share of the pairs of patch and vertex that the solve traced, and of sensors' rays: first for points, then for rays from each.
 struct Effort {
   std::uint32_t points, rays;
 };
-Effort effort_for(const SolveState& state) {
-  const double work = share_of_work * double(state.vertices) * double(state.patch_of_slot.size());
+Effort effort_for(const SolveState& state, const SensorGather& gathered) {
+  const double pairs = double(state.vertices) * double(state.patch_of_slot.size());
+  const double work = share_of_work * (pairs + double(gathered.rays));
   const double wanted = work / (double(state.patches) + fewest_rays);
   const double points = std::max(
       48.0,
@@ -217,7 +222,8 @@ double of_mesh_and_rays(const std::vector<ErrorPart>& parts) {
 // beside it is off alike; where light at the vertices is gathered anew, that is right there. 0.4 is from `./run bench budget`. Of wrong
 // form factors nothing averages out.
 double share_of_local(const SolveState& state, bool regathered) {
-  if (state.options.estimator != Estimator::exact) return regathered ? mean_reflectance(state) : 1;
+  if (state.options.estimator != Estimator::exact)
+    return regathered ? share_after_vertices * mean_reflectance(state) : 1;
   return regathered ? 0 : 0.4;
 }
 
@@ -253,9 +259,10 @@ void total_up(SolveState& state, Solution& solution, double mean, const std::vec
 }  // namespace
 
 void estimate_error(SolveState& state, Solution& solution, const std::vector<double>& before_near_field,
-                    bool regathered) {
+                    const SensorGather& gathered) {
   const auto stage = state.device.stage("estimate the error");
-  const std::uint32_t bands = solution.bands, count = effort_for(state).points, rays = effort_for(state).rays;
+  const auto [count, rays] = effort_for(state, gathered);
+  const std::uint32_t bands = solution.bands;
   Random random(state.options.seed);
   const std::vector<std::uint32_t> vertices = vertices_by_area(solution, count / 2, random);
   std::vector<CheckPoint> inside = points_in_elements(solution, count, random);
@@ -333,7 +340,7 @@ void estimate_error(SolveState& state, Solution& solution, const std::vector<dou
   parts.push_back({"mesh-shoot", relative(echo2 * shot), false});
   parts.push_back({"convergence", relative(mean_over_bands_of_square(solution.ambient)), false});
   total_up(state, solution, mean, error_of_seen_light(solution, inside, everywhere, amplification),
-           regathered);
+           gathered.regathered);
 }
 
 }  // namespace clrad

@@ -1,5 +1,6 @@
 // What a solve is off by, measured on itself: its irradiance against careful gathers of its own light at some points.
 #pragma once
+#include <cstdint>
 #include <vector>
 
 #include "clrad/solution.hpp"
@@ -7,9 +8,14 @@
 
 namespace clrad {
 
+/// How light was gathered at the sensors.
+struct SensorGather {
+  bool regathered = false;  ///< they saw light that was gathered anew at the vertices
+  std::uint64_t rays = 0;   ///< all in all
+};
+
 /// Fills in report.error (all but "rounding" and what effects add, which are there already) and each sensor's
-/// irradiance_error. `before_near_field`: vertex irradiance [band][vertex] as the columns alone gave it. `regathered`: sensors saw light that
-/// was gathered anew at the vertices. After energy is accounted for and
+/// irradiance_error. `before_near_field`: vertex irradiance [band][vertex] as the columns alone gave it. `gathered`: how sensors were. After energy is accounted for and
 /// sensors are gathered.
 ///
 /// At some vertices and at some points inside elements, both spread by area, light is gathered anew, twice over, with samples of
@@ -19,6 +25,6 @@ namespace clrad {
 /// solution's own radiosities, so that an error that is the same everywhere comes back with every reflection: the mean difference
 /// counts by the scene's amplification of light.
 void estimate_error(SolveState& state, Solution& solution, const std::vector<double>& before_near_field,
-                    bool regathered);
+                    const SensorGather& gathered);
 
 }  // namespace clrad

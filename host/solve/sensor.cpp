@@ -295,12 +295,12 @@ void add_light_of(Lights& lights, Device& device, VisibilityEngine& engine, cons
     for (std::uint32_t b = 0; b < bands; ++b) irradiance[s * bands + b] += by_band[b * count + s];
 }
 
-bool gathers_at_vertices(double patches, double vertices, std::uint64_t sensors, std::uint32_t rays) {
+double rays_at_vertices(double patches, double vertices, std::uint64_t sensors, std::uint32_t rays) {
   constexpr double places_by_vertices = 3;  // edges of quads are twice as many as vertices
   const double places = places_by_vertices * vertices;
-  if (!(places >= 1 && places < 1e12) || sensors == 0) return false;
+  if (!(places >= 1 && places < 1e12) || sensors == 0) return 0;
   const std::uint32_t each = vertex_rays(std::uint64_t(places), sensors, rays);
-  return each > 0 && patches <= double(most_patches_per_ray * each);
+  return patches <= double(most_patches_per_ray * each) ? places * each : 0;
 }
 
 Frame frame_with_sensors(const Scene& scene, std::span<const Sensor> sensors) {

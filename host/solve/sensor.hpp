@@ -30,8 +30,8 @@ std::vector<SensorResult> gather_at_sensors(Device& device, const Solution& solu
                                             Lights* lights = nullptr, const LampLight* lamps = nullptr,
                                             bool* regathered = nullptr);
 
-/// Whether that gathers light anew at the vertices of a mesh of about that size, for `rays` from each of the sensors.
-bool gathers_at_vertices(double patches, double vertices, std::uint64_t sensors, std::uint32_t rays);
+/// How many rays that sends from the vertices of a mesh of about that size, for `rays` from each of the sensors; 0: light is not gathered anew there.
+double rays_at_vertices(double patches, double vertices, std::uint64_t sensors, std::uint32_t rays);
 
 /// How to gather at points.
 struct Way {

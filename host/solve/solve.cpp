@@ -202,11 +202,14 @@ Solution solve_bands(Device& device, const Scene& scene, const SolveOptions& opt
     gather_near_field(state, solution);
     solution.vertex_irradiance = state.vertex_irradiance.download();
   }
-  bool regathered = false;
+  SensorGather gathered;
   if (!options.sensors.empty()) {
     const LampLight lamps = light_of_lamps(state, solution);
-    solution.sensors = gather_at_sensors(device, solution, planes, *engine, options, glass.get(),
-                                         state.direct ? &state.direct->lights : nullptr, &lamps, &regathered);
+    const std::uint64_t before = engine->counts().rays;
+    solution.sensors =
+        gather_at_sensors(device, solution, planes, *engine, options, glass.get(),
+                          state.direct ? &state.direct->lights : nullptr, &lamps, &gathered.regathered);
+    gathered.rays = engine->counts().rays - before;
   }
   solution.report.seconds.solve = since(shooting);
 
@@ -228,7 +231,7 @@ Solution solve_bands(Device& device, const Scene& scene, const SolveOptions& opt
     report.error.parts.push_back({"texture within patches", texture_correlation(solution), false});
   bound_rounding(state, solution);
   note_left_out(report);
-  if (options.error) estimate_error(state, solution, before_near_field, regathered);
+  if (options.error) estimate_error(state, solution, before_near_field, gathered);
   return solution;
 }
 

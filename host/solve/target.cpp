@@ -21,7 +21,8 @@ using Clock = std::chrono::steady_clock;
 // How the parts of the error fall with what they are made of; from `./run bench budget`. Patches sample each other's light, so that
 // finer ones lessen the error of visibility, too.
 constexpr double order_of_receiving = 1.2, order_of_shooting = 1.2, order_of_samples = 0.5,
-                 order_of_visibility_in_patches = 0.5, order_of_sensor_rays = 0.6;
+                 order_of_visibility_in_patches = 0.5, order_of_sensor_rays = 0.6,
+                 order_of_seen_in_elements = 0.8, order_of_seen_in_patches = 0.4;
 // Predictions are not exact: the next setting is to come out a little below the target, and well inside the time.
 constexpr double aim = 0.8, share_of_time_left = 0.75;
 // What a sensor sees is off by this much more where the mesh is too fine for its vertices to be gathered anew.
@@ -31,6 +32,9 @@ constexpr double ending_s = 0.05;
 // A next solve takes at most this many times the last one's time: what the last one said of the error is too far off beyond.
 constexpr double longest_step = 12;
 constexpr int most_solves = 8;
+// A step that brings the error down by less was in vain; so many in a row are enough.
+constexpr double worth_a_step = 0.9;
+constexpr int most_in_vain = 2;
 constexpr std::uint32_t most_samples = 1024, most_sensor_rays = 1u << 20;
 
 struct Setting {
@@ -98,16 +102,29 @@ TargetErrors predicted(const TargetErrors& now, const Setting& at, const Setting
   e.shooting *= std::pow(patches, order_of_shooting);
   e.visibility *= std::pow(samples, -order_of_samples) * std::pow(patches, order_of_visibility_in_patches);
   e.sampling *= std::pow(rays, -order_of_sensor_rays);
-  const double before = std::hypot(now.receiving, now.shooting, now.visibility);
-  if (before > 0) e.seen *= std::hypot(e.receiving, e.shooting, e.visibility) / before;
+  // Sensors see means over surfaces, which patches' sizes matter less for; noise has the share in it that it has all over.
+  const double before = std::hypot(now.receiving, now.shooting, now.visibility),
+               noise = before > 0 ? std::pow(now.visibility / before, 2) : 0,
+               less_noise = now.visibility > 0 ? e.visibility / now.visibility : 1;
+  const double finer =
+      std::pow(elements, order_of_seen_in_elements) * std::pow(patches, order_of_seen_in_patches);
+  e.seen *= std::sqrt((1 - noise) * finer * finer + noise * less_noise * less_noise);
   return e;
 }
 
 // What a solve took.
 struct Cost {
   double shooting_s = 0, sensors_s = 0, vertices = 0, patches = 0;
+  std::uint64_t sensors = 0;
   double total() const { return shooting_s + sensors_s; }
 };
+
+// Rays from sensors and from vertices, where light is gathered anew there, with p and v times the patches and vertices. A fixed part is for launches.
+double gather_work(const Cost& now, double p, double v, const Setting& setting) {
+  constexpr double launches = 1e5;
+  return launches + double(now.sensors) * (setting.sensor_rays + now.patches * p) +
+         rays_at_vertices(now.patches * p, now.vertices * v, now.sensors, setting.sensor_rays);
+}
 
 // Columns are patches x vertices, with a ray a sample, and some launches for each patch whatever its size.
 double predicted_seconds(const Cost& now, const Setting& at, const Setting& next) {
@@ -119,8 +136,7 @@ double predicted_seconds(const Cost& now, const Setting& at, const Setting& next
   };
   const double shooting =
       now.shooting_s * p * column(now.vertices * v, next.samples) / column(now.vertices, at.samples);
-  // Near patches are gathered by their elements.
-  const double sensors = now.sensors_s * std::max(double(next.sensor_rays) / at.sensor_rays, std::sqrt(v));
+  const double sensors = now.sensors_s * gather_work(now, p, v, next) / gather_work(now, 1, 1, at);
   return shooting + sensors;
 }
 
@@ -142,11 +158,11 @@ void each_finer(const Setting& at, bool sensors, Visit visit) {
 }
 
 std::optional<Setting> next_setting(const TargetErrors& errors, const Setting& at, const Cost& cost,
-                                    double target, double seconds_left, std::uint64_t sensors) {
+                                    double target, double seconds_left) {
   const auto regathers = [&](const Setting& s) {
     const double p = std::pow(at.patch_edge_m / s.patch_edge_m, 2),
                  v = std::pow(at.element_edge_m() / s.element_edge_m(), 2);
-    return gathers_at_vertices(cost.patches * p, cost.vertices * v, sensors, s.sensor_rays);
+    return rays_at_vertices(cost.patches * p, cost.vertices * v, cost.sensors, s.sensor_rays) > 0;
   };
   std::optional<Setting> best;
   double best_seconds = 0, best_error = 0, best_cost = 0;
@@ -226,6 +242,7 @@ Solution solve_to_target(const Scene& scene, const SolveOptions& options, const 
   }
   std::optional<Solution> best;
   std::vector<TargetStep> steps;
+  int in_vain = 0;
   std::string why;  // it ended before the target was met
   double sensors_before = 0, error = INFINITY, finishing = 0;
   for (int step = 0; step < most_solves; ++step) {
@@ -253,26 +270,33 @@ Solution solve_to_target(const Scene& scene, const SolveOptions& options, const 
     if (!solution) break;
     const double seconds = elapsed() - began;
     const TargetErrors errors = errors_of(*solution, options);
-    steps.push_back({setting.patch_edge_m, setting.element_edge_m(), setting.samples, setting.light_samples,
-                     setting.sensor_rays, errors.total(), seconds});
     Cost cost;
     cost.sensors_s = sensor_seconds(solution->report) - sensors_before;
     sensors_before += cost.sensors_s;
     cost.shooting_s = std::max(1e-4, seconds - cost.sensors_s);
     cost.vertices = solution->vertex_count(), cost.patches = double(solution->mesh.patches.size());
-    const bool stopped = solution->stopped;
-    if (!best || errors.total() < error) error = errors.total(), best = std::move(solution);
+    cost.sensors = options.sensors.size();
+    const bool stopped = solution->stopped, helped = errors.total() < worth_a_step * error;
+    if (!stopped || !best)
+      steps.push_back({setting.patch_edge_m, setting.element_edge_m(), setting.samples, setting.light_samples,
+                       setting.sensor_rays, errors.total(), seconds});
+    // What was stopped is short of light, whatever its estimate says of the rest.
+    if (!best || (!stopped && errors.total() < error)) error = errors.total(), best = std::move(solution);
     if (stopped) {
       why = "it was stopped";
       break;
     }
     if (options.target_error > 0 && error <= options.target_error) break;
+    in_vain = helped ? 0 : in_vain + 1;
+    if (in_vain == most_in_vain) {
+      why = "finer settings hardly helped";
+      break;
+    }
     if (first) {
       setting = *first, first.reset();
       continue;
     }
-    const auto next =
-        next_setting(errors, setting, cost, options.target_error, budget - elapsed(), options.sensors.size());
+    const auto next = next_setting(errors, setting, cost, options.target_error, budget - elapsed());
     if (!next) {
       why = std::isfinite(budget) ? "nothing finer fits into the time" : "nothing finer would help";
       break;

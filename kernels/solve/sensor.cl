@@ -422,7 +422,7 @@ __kernel void sensor_spread(__global const uint* owner, __global const REAL* fac
 }
 
 /* H and its standard error: one work-item a (sensor, band), over the sensor's pairs in order. Of n rays that agree about what is in the way
- * some share up to 1 / (n + 2) may still be otherwise (Laplace's rule of succession), half of it on average; open: nothing can be in the way. few: rays are so
+ * some share up to 1 / (n + 2) may still be otherwise (Laplace's rule of succession), half of it on average; open: nothing can be in the way, and a single ray is off by what it differs from the patch's average. few: rays are so
  * few that the ratio of sums would be off; the mean of weights is known, and what the average of the patch says is corrected by what rays say. */
 __kernel void sensor_sum(uint pairs, __global const uint* pair_offsets, __global const uint* owner,
                          __global const REAL* factor, __global const REAL* moments, __global const uint* done,
@@ -436,7 +436,8 @@ __kernel void sensor_sum(uint pairs, __global const uint* pair_offsets, __global
     if (done[k] == 0) continue;
     const REAL f = factor[k], bright = radiosity[(ulong)band * patches + owner[k] % patches];
     REAL variance = moments_of(moments, pairs, k, band, &mean);
-    const REAL size = mean > bright ? mean : bright, unseen = open && done[k] > 1 ? 0 : size / (2 * (done[k] + 2));
+    const REAL size = mean > bright ? mean : bright;
+    const REAL unseen = !open ? size / (2 * (done[k] + 2)) : done[k] > 1 ? 0 : mean - bright;
     variance += unseen * unseen;
     if (few) mean = bright + (moments[(ulong)(1 + 2 * band) * pairs + k] - bright * moments[k]) / (CLRAD_PI * done[k]);
     clrad_add(&sum, &lost, f * mean);
