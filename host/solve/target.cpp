@@ -24,7 +24,7 @@ constexpr double order_of_receiving = 1.2, order_of_shooting = 1.2, order_of_sam
                  order_of_visibility_in_patches = 0.5, order_of_sensor_rays = 0.6,
                  order_of_seen_in_elements = 0.8, order_of_seen_in_patches = 0.4;
 // Predictions are not exact: the next setting is to come out a little below the target, and well inside the time.
-constexpr double aim = 0.8, share_of_time_left = 0.75;
+constexpr double aim_at_sensors = 0.8, aim_all_over = 0.9, share_of_time_left = 0.75;
 // What a sensor sees is off by this much more where the mesh is too fine for its vertices to be gathered anew.
 constexpr double without_vertices = 2.5;
 // The last part of a time budget: the program has to end, too.
@@ -112,6 +112,15 @@ TargetErrors predicted(const TargetErrors& now, const Setting& at, const Setting
   return e;
 }
 
+// A few points say what a mesh is off by, and one of them can be most of it: what the last step foretold counts as much.
+TargetErrors tempered(const TargetErrors& found, const TargetErrors& foretold) {
+  TargetErrors e = found;
+  for (double TargetErrors::*part :
+       {&TargetErrors::receiving, &TargetErrors::shooting, &TargetErrors::visibility, &TargetErrors::seen})
+    e.*part = (found.*part + foretold.*part) / 2;
+  return e;
+}
+
 // What a solve took.
 struct Cost {
   double shooting_s = 0, sensors_s = 0, vertices = 0, patches = 0;
@@ -130,7 +139,7 @@ double gather_work(const Cost& now, double p, double v, const Setting& setting) 
 double predicted_seconds(const Cost& now, const Setting& at, const Setting& next) {
   const double p = std::pow(at.patch_edge_m / next.patch_edge_m, 2),
                v = std::pow(at.element_edge_m() / next.element_edge_m(), 2);
-  constexpr double launches = 3000, ray = 0.15;  // of a column, in vertices; of a sample, in vertices
+  constexpr double launches = 15000, ray = 0.15;  // of a column, in vertices; of a sample, in vertices
   const auto column = [&](double vertices, std::uint32_t samples) {
     return launches + vertices * (1 + ray * samples);
   };
@@ -143,12 +152,12 @@ double predicted_seconds(const Cost& now, const Setting& at, const Setting& next
 // All settings that are as fine as `at`, and a little finer at a time.
 template <class Visit>
 void each_finer(const Setting& at, bool sensors, Visit visit) {
-  for (int p = 0; p <= 12; ++p)
+  for (int p = 0; p <= 24; ++p)
     for (int level = std::max(1, at.level - 3); level <= std::min(5, at.level + 3); ++level)
       for (std::uint32_t samples = 1; samples <= 64; samples *= 4)
         for (std::uint32_t rays = 1; rays <= (sensors ? 1024u : 1u); rays *= 2) {
           Setting next = at;
-          next.patch_edge_m = at.patch_edge_m * std::exp2(-p / 4.0);
+          next.patch_edge_m = at.patch_edge_m * std::exp2(-p / 8.0);
           next.level = level;
           if (next.element_edge_m() > at.element_edge_m() * 1.001) continue;
           next.samples *= samples, next.light_samples *= samples, next.sensor_rays *= rays;
@@ -164,6 +173,7 @@ std::optional<Setting> next_setting(const TargetErrors& errors, const Setting& a
                  v = std::pow(at.element_edge_m() / s.element_edge_m(), 2);
     return rays_at_vertices(cost.patches * p, cost.vertices * v, cost.sensors, s.sensor_rays) > 0;
   };
+  const double aim = target * (errors.at_sensors ? aim_at_sensors : aim_all_over);
   std::optional<Setting> best;
   double best_seconds = 0, best_error = 0, best_cost = 0;
   const double most_seconds = std::min(seconds_left * share_of_time_left, longest_step * cost.total());
@@ -173,8 +183,7 @@ std::optional<Setting> next_setting(const TargetErrors& errors, const Setting& a
     TargetErrors then = predicted(errors, at, next);
     if (regathers(at) && !regathers(next)) then.seen *= without_vertices;
     const double error = then.total();
-    const bool meets = target > 0 && error <= aim * target,
-               best_meets = target > 0 && best_error <= aim * target;
+    const bool meets = target > 0 && error <= aim, best_meets = target > 0 && best_error <= aim;
     if (!meets && error > (target > 0 ? 0.75 : 0.9) * errors.total()) return;
     // Where none meets the target: the most for the time.
     const double cost_of_error = target > 0 ? error * std::pow(seconds, 0.4) : error;
@@ -242,6 +251,8 @@ Solution solve_to_target(const Scene& scene, const SolveOptions& options, const 
   }
   std::optional<Solution> best;
   std::vector<TargetStep> steps;
+  std::optional<TargetErrors> foretold;
+  Setting foretold_at;
   int in_vain = 0;
   std::string why;  // it ended before the target was met
   double sensors_before = 0, error = INFINITY, finishing = 0;
@@ -287,7 +298,8 @@ Solution solve_to_target(const Scene& scene, const SolveOptions& options, const 
       break;
     }
     if (options.target_error > 0 && error <= options.target_error) break;
-    in_vain = helped ? 0 : in_vain + 1;
+    // All over, the estimate of a mesh hangs on too few points to tell.
+    in_vain = helped || !sensors ? 0 : in_vain + 1;
     if (in_vain == most_in_vain) {
       why = "finer settings hardly helped";
       break;
@@ -296,7 +308,9 @@ Solution solve_to_target(const Scene& scene, const SolveOptions& options, const 
       setting = *first, first.reset();
       continue;
     }
-    const auto next = next_setting(errors, setting, cost, options.target_error, budget - elapsed());
+    const TargetErrors planned =
+        foretold ? tempered(errors, predicted(*foretold, foretold_at, setting)) : errors;
+    const auto next = next_setting(planned, setting, cost, options.target_error, budget - elapsed());
     if (!next) {
       why = std::isfinite(budget) ? "nothing finer fits into the time" : "nothing finer would help";
       break;
@@ -304,6 +318,7 @@ Solution solve_to_target(const Scene& scene, const SolveOptions& options, const 
     // What comes after the shots (near field, sensors, this estimate) has to fit in, too.
     const double growth = predicted_seconds(cost, setting, *next) / cost.total();
     finishing = std::min(0.3 * (budget - elapsed()), 0.25 * seconds * growth);
+    foretold = planned, foretold_at = setting;
     setting = *next;
   }
   Report& report = best->report;

@@ -422,8 +422,9 @@ __kernel void sensor_spread(__global const uint* owner, __global const REAL* fac
 }
 
 /* H and its standard error: one work-item a (sensor, band), over the sensor's pairs in order. Of n rays that agree about what is in the way
- * some share up to 1 / (n + 2) may still be otherwise (Laplace's rule of succession), half of it on average; open: nothing can be in the way, and a single ray is off by what it differs from the patch's average. few: rays are so
- * few that the ratio of sums would be off; the mean of weights is known, and what the average of the patch says is corrected by what rays say. */
+ * some share up to 1 / (n + 2) may still be otherwise (Laplace's rule of succession), half of it on average; open: nothing can be in the way,
+ * and a single ray is off by what it differs from the patch's average. few: rays are so few that the ratio of sums would be off; the mean of
+ * weights is known, and what the average of the patch says is corrected by what rays say. */
 __kernel void sensor_sum(uint pairs, __global const uint* pair_offsets, __global const uint* owner,
                          __global const REAL* factor, __global const REAL* moments, __global const uint* done,
                          __global const REAL* radiosity, __global REAL* irradiance, __global REAL* error, uint first,
