@@ -66,7 +66,7 @@ std::string gnuplot_text(const std::string& text) {
 }
 
 std::string log_ticks(double low, double high, const std::string& unit) {
-  const bool few = std::log10(high / low) < 3.7;
+  const bool few = std::log10(high / low) < 3.4;
   // Ticks' texts are formats.
   std::string of_format;
   for (const char c : unit) of_format += c == '%' ? "%%" : std::string(1, c);
@@ -77,9 +77,9 @@ std::string log_ticks(double low, double high, const std::string& unit) {
       // By text, so that 0.1 is not 0.10000000000000001.
       const double value = std::stod(fmt::format("{}e{}", digit, decade));
       if (value < low * (1 - 1e-9) || value > high * (1 + 1e-9)) continue;
-      const std::string number = value >= 1e-5 && value < 1e6
+      const std::string number = decade >= -3 && decade < 6
                                      ? fmt::format("{:.{}f}", value, std::max(0, -decade))
-                                     : fmt::format("{:g}", value);
+                                     : fmt::format("{}e{}", digit, decade);
       ticks += fmt::format("{}\"{}{}\" {:g}", ticks.empty() ? "" : ", ", number, of_format, value);
     }
   return "(" + ticks + ")";

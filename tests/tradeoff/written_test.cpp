@@ -77,11 +77,13 @@ TEST(TradeoffWritten, JsonSaysFrontAndAdvice) {
   EXPECT_NE(json["advice"][1]["arguments"].get<std::string>().find("--patch-edge"), std::string::npos);
 }
 
-TEST(TradeoffWritten, TicksArePlainNumbers) {
+TEST(TradeoffWritten, TicksArePlainNumbersDownToAThousandth) {
   EXPECT_EQ(log_ticks(0.1, 2, " %"),
             "(\"0.1 %%\" 0.1, \"0.2 %%\" 0.2, \"0.5 %%\" 0.5, \"1 %%\" 1, \"2 %%\" 2)");
   EXPECT_EQ(log_ticks(0.001, 10, " s"),
             "(\"0.001 s\" 0.001, \"0.01 s\" 0.01, \"0.1 s\" 0.1, \"1 s\" 1, \"10 s\" 10)");
+  EXPECT_EQ(log_ticks(1e-5, 0.1, " %"),
+            "(\"1e-5 %%\" 1e-05, \"1e-4 %%\" 0.0001, \"0.001 %%\" 0.001, \"0.01 %%\" 0.01, \"0.1 %%\" 0.1)");
 }
 
 TEST(TradeoffWritten, TextInScriptsCannotLeaveItsQuotes) {
