@@ -15,8 +15,8 @@ struct SensorGather {
 };
 
 /// Fills in report.error (all but "rounding" and what effects add, which are there already) and each sensor's
-/// irradiance_error. `before_near_field`: vertex irradiance [band][vertex] as the columns alone gave it. `gathered`: how sensors were. After energy is accounted for and
-/// sensors are gathered.
+/// irradiance_error. `before_near_field`: vertex irradiance [band][vertex] as the columns alone gave it. `gathered`: how sensors
+/// were. After energy is accounted for and sensors are gathered.
 ///
 /// At some vertices and at some points inside elements, both spread by area, light is gathered anew, twice over, with samples of
 /// its own: exact form factors, near patches by their elements. What a vertex differs by from that is what samples, form
