@@ -1,7 +1,7 @@
 // How good the estimate of its own error is that each solve gives: estimated against true RMS error of irradiance, over the
 // reference rooms and settings from coarse to fine; of the displayed irradiance all over the surfaces, and at the reference's
 // points. Truth all over is a careful gather of a finer solution, at the points the reference.
-// bench_budget [-o FILE.json] [--quick]
+// bench_budget [-o FILE.json] [--quick] [--seed N] [part of a room's name]: N is that of the solves and of their estimates
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -64,9 +64,12 @@ std::vector<Setting> settings_for(double extent) {
 int main(int argc, char** argv) {
   std::string out = "out/bench/budget.json", only;
   bool quick = false;
+  std::uint64_t seed = SolveOptions().seed;
   for (int i = 1; i < argc; ++i) {
     if (std::strcmp(argv[i], "--quick") == 0)
       quick = true;
+    else if (std::strcmp(argv[i], "--seed") == 0 && i + 1 < argc)
+      seed = std::stoull(argv[++i]);
     else if (std::strcmp(argv[i], "-o") == 0 && i + 1 < argc)
       out = argv[++i];
     else
@@ -107,7 +110,7 @@ int main(int argc, char** argv) {
         at_points.insert(at_points.end(), h.begin(), h.end());
       }
       for (Setting setting : settings_for(extent)) {
-        setting.options.sensors = sensors;
+        setting.options.sensors = sensors, setting.options.seed = seed;
         const Solution s = solve(device, scene, setting.options);
         double estimating = -estimated;
         for (const StageProfile& stage : s.report.stages)
@@ -143,6 +146,7 @@ int main(int argc, char** argv) {
   for (int k = 0; k < 2; ++k)
     fmt::print("{}: {} of {} between 1/2 and 3 times the true RMS error, {} below a third\n",
                k == 0 ? "all over" : "at points", within[k], count[k], below[k]);
-  write_file(out, nlohmann::json{{"device", device.info().name}, {"rows", rows}}.dump(1) + "\n");
+  write_file(out,
+             nlohmann::json{{"device", device.info().name}, {"seed", seed}, {"rows", rows}}.dump(1) + "\n");
   return 0;
 }

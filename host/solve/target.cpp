@@ -19,7 +19,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 // How the parts of the error fall with what they are made of; from `./run bench budget`. Patches sample each other's light, so that
-// finer ones lessen the error of visibility, too.
+// finer ones lessen the error of visibility, too. The orders of what sensors see are from a grid of settings at the Cornell box's points alone.
 constexpr double order_of_receiving = 1.2, order_of_shooting = 1.2, order_of_samples = 0.5,
                  order_of_visibility_in_patches = 0.5, order_of_sensor_rays = 0.6,
                  order_of_seen_in_elements = 0.8, order_of_seen_in_patches = 0.4;
