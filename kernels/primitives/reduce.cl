@@ -10,7 +10,7 @@
 #define ROWS 64u
 
 static inline float row_sum(float16 x) {
-  const float8 a = x.even + x.odd;
+  const float8 a = x.even + ODDS(x);
   const float4 b = a.even + a.odd;
   const float2 c = b.even + b.odd;
   return c.even + c.odd;
@@ -59,13 +59,13 @@ kernel ONE_GROUP void reduce_sum_trees(global const float* in, ulong n, global f
 /* ---- extremes and where they are attained: ties to the lowest position, NaN never wins ---------------------------- */
 
 static inline float smallest(float16 x) {
-  const float8 a = x.lo < x.hi ? x.lo : x.hi;
+  const float8 high = UPPER(x), a = x.lo < high ? x.lo : high;
   const float4 b = a.lo < a.hi ? a.lo : a.hi;
   const float2 c = b.lo < b.hi ? b.lo : b.hi;
   return c.lo < c.hi ? c.lo : c.hi;
 }
 static inline uint lowest(uint16 x) {
-  const uint8 a = x.lo < x.hi ? x.lo : x.hi;
+  const uint8 high = UPPER(x), a = x.lo < high ? x.lo : high;
   const uint4 b = a.lo < a.hi ? a.lo : a.hi;
   const uint2 c = b.lo < b.hi ? b.lo : b.hi;
   return c.lo < c.hi ? c.lo : c.hi;

@@ -82,6 +82,7 @@ __constant REAL clrad_gauss_weight[16] = {0.0302507483f, 0.0567129630f, 0.056712
 #endif
 
 #ifndef CLRAD_HOST_COMPILED
+#include "shared/lanes.cl"
 #ifdef CLRAD_FP64
 typedef double16 clrad_many;
 #else
@@ -89,11 +90,11 @@ typedef float16 clrad_many;
 #endif
 static inline REAL clrad_lanes_sum(clrad_many x) {
 #ifdef CLRAD_FP64
-  const double8 a = x.lo + x.hi;
+  const double8 a = x.lo + UPPER_WIDE(x);
   const double4 b = a.lo + a.hi;
   const double2 c = b.lo + b.hi;
 #else
-  const float8 a = x.lo + x.hi;
+  const float8 a = x.lo + UPPER(x);
   const float4 b = a.lo + a.hi;
   const float2 c = b.lo + b.hi;
 #endif

@@ -23,8 +23,8 @@ typedef struct shaft {
 
 /* Lane by lane, the coordinate of a box (low x y z ., high x y z .) that lies farthest in the lane's outward direction: signs are
  * + +, - +, + -, - - in (x, y), (y, z), (z, x). */
-#define OUTER_U(b) (float16)((b).s4040, (b).s5151, (b).s6262, (b).s0000)
-#define OUTER_V(b) (float16)((b).s5511, (b).s6622, (b).s4400, (b).s0000)
+#define OUTER_U(b) ((b).s4040515162620000)
+#define OUTER_V(b) ((b).s5511662244000000)
 /* Positions are within 4 of the frame's middle and off by 2^-22 at most (their low parts), |nu| + |nv| = 1: a value is off by less
  * than 2^-19, and the rounding of nu and nv themselves does not matter. */
 #define SHAFT_PAD 0x1p-18f

@@ -1,15 +1,10 @@
 /* Rows of 16 values: the unit in which every primitive reads. On a CPU a row is one 512-bit register, on a GPU 16
- * registers of a work-item. Rows at the end of an array are padded, never read past it.
- *
- * UPd(x) moves lanes up by d; the first d lanes keep their own value. */
+ * registers of a work-item. Rows at the end of an array are padded, never read past it. */
 #ifndef CLRAD_PRIMITIVES_ROWS
 #define CLRAD_PRIMITIVES_ROWS
+#include "shared/lanes.cl"
 
 #define ROW 16u
-#define UP1(x) ((x).s00123456789abcde)
-#define UP2(x) ((x).s010123456789abcd)
-#define UP4(x) ((x).s01230123456789ab)
-#define UP8(x) ((x).s0123456701234567)
 
 /* Lanes that have a neighbour d lanes below. */
 #define FROM1 ((int16)(0, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1))
@@ -77,7 +72,7 @@ static inline uint16 ones(uint16 x) { return x != 0u ? (uint16)1u : (uint16)0u; 
 
 /* Sum of a row without wrapping. */
 static inline ulong row_sum_wide(ulong16 x) {
-  const ulong8 a = x.lo + x.hi;
+  const ulong8 a = x.lo + UPPER_WIDE(x);
   const ulong4 b = a.lo + a.hi;
   const ulong2 c = b.lo + b.hi;
   return c.lo + c.hi;
