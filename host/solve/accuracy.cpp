@@ -169,6 +169,35 @@ double mean_over_bands_of_square(const std::vector<double>& v) {
   return std::inner_product(v.begin(), v.end(), v.begin(), 0.0) / double(std::max<std::size_t>(1, v.size()));
 }
 
+// A part so much smaller than the others, by a guess that may be some ten times too low, is left at that.
+constexpr double negligible = 0.005;
+
+// RMS per band of the irradiance that unshot light still brings: first from the patches that have it, then reflected again and again
+// where that arrives. The ambient light (Cohen et al. 1988) spreads it over the whole scene, of which a room may be a small part.
+std::vector<double> missing_light(SolveState& state, const Solution& solution,
+                                  const std::vector<CheckPoint>& inside, std::uint64_t seed) {
+  std::vector<Point> at;
+  at.reserve(inside.size());
+  for (const CheckPoint& p : inside) at.push_back(p.point);
+  const PointArray points(state.device, at, "check points");
+  const std::vector<double> found =
+      gather_of_patches(state.device, solution, state.engine, state.unshot.download(),
+                        {&points, fewest_rays, seed, true}, state.glass);
+  std::vector<double> result;
+  for (std::uint32_t b = 0; b < solution.bands; ++b) {
+    double arriving = 0, reflected = 0, squares = 0;
+    for (std::size_t k = 0; k < inside.size(); ++k) {
+      const double h = found[k * solution.bands + b], w = inside[k].weight;
+      arriving += w * std::abs(h), squares += w * h * h;
+      if (state.interreflection)
+        reflected += w * std::abs(h) * solution.material_of(inside[k].polygon).reflectance[b];
+    }
+    result.push_back(arriving > reflected ? std::sqrt(squares) / (1 - reflected / arriving)
+                                          : std::sqrt(squares));
+  }
+  return result;
+}
+
 // What the light that sensors see is off by, per band: each polygon's mean difference, reflected, by the polygons' areas.
 std::vector<double> error_of_seen_light(const Solution& solution, const std::vector<CheckPoint>& points,
                                         const Twice& difference, const std::vector<double>& amplification) {
@@ -228,7 +257,7 @@ double share_of_local(const SolveState& state, bool regathered) {
 }
 
 void total_up(SolveState& state, Solution& solution, double mean, const std::vector<double>& seen,
-              bool regathered) {
+              const std::vector<double>& missing, bool regathered) {
   auto& error = solution.report.error;
   double squares = 0;
   for (const ErrorPart& part : error.parts)
@@ -244,7 +273,7 @@ void total_up(SolveState& state, Solution& solution, double mean, const std::vec
       rays += e * e, irradiance += sensor.irradiance[b];
       // What is unshot is missing after one more reflection: the first is gathered.
       const double more = regathered ? share_after_vertices * reflected : 1;
-      e = std::sqrt(e * e + std::pow(more * seen[b], 2) + std::pow(reflected * solution.ambient[b], 2) +
+      e = std::sqrt(e * e + std::pow(more * seen[b], 2) + std::pow(reflected * missing[b], 2) +
                     local * local);
       all += e * e;
     }
@@ -338,8 +367,11 @@ void estimate_error(SolveState& state, Solution& solution, const std::vector<dou
   parts.push_back({"visibility", relative(visibility), false});
   parts.push_back({"mesh-receive", relative(receiving), false});
   parts.push_back({"mesh-shoot", relative(echo2 * shot), false});
-  parts.push_back({"convergence", relative(mean_over_bands_of_square(solution.ambient)), false});
-  total_up(state, solution, mean, error_of_seen_light(solution, inside, everywhere, amplification),
+  std::vector<double> missing = solution.ambient;
+  if (relative(mean_over_bands_of_square(missing)) > negligible * of_mesh_and_rays(parts))
+    missing = missing_light(state, solution, inside, seed + 3);
+  parts.push_back({"convergence", relative(mean_over_bands_of_square(missing)), false});
+  total_up(state, solution, mean, error_of_seen_light(solution, inside, everywhere, amplification), missing,
            gathered.regathered);
 }
 

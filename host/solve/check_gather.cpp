@@ -1,5 +1,6 @@
 #include "solve/check_gather.hpp"
 
+#include <cmath>
 #include <utility>
 
 #include "solve/nodes.hpp"
@@ -54,6 +55,26 @@ std::vector<std::vector<double>> gather_for_check(Device& device, const Solution
     if (lights) add_light_of(*lights, device, engine, *check.points, solution.bands, results.back());
   }
   return results;
+}
+
+std::vector<double> gather_of_patches(Device& device, const Solution& solution, VisibilityEngine& engine,
+                                      std::span<const double> radiosity, const CheckGather& check,
+                                      const Glass* glass) {
+  Surroundings around = surroundings_of(device, solution, {}, nullptr);
+  const std::vector<double> sent(radiosity.begin(), radiosity.end());
+  std::vector<double> brightness(around.patches, 0.0);
+  for (std::size_t i = 0; i < sent.size(); ++i) brightness[i % around.patches] += std::abs(sent[i]);
+  around.emitted[1] = RealArray(device, sent, "unshot radiosity");
+  around.radiosity[1] = RealArray(device, sent, "unshot radiosity");
+  around.brightness[1] = RealArray(device, brightness, "patch brightness");
+  around.reflects = Array<std::uint32_t>(device, std::vector<std::uint32_t>(around.patches, 0u), "elements");
+  Way way;
+  way.rays = check.rays, way.seed = std::uint32_t(check.seed), way.without_lamps = true;
+  const std::uint64_t values = check.points->size() * solution.bands;
+  RealArray irradiance(device, values, "irradiance at points"), error(device, values, "irradiance at points");
+  gather_at(device, solution, around, *check.points, engine, way, glass, nullptr, irradiance, error,
+            most_check_bytes);
+  return irradiance.download();
 }
 
 }  // namespace clrad

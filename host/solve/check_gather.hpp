@@ -27,4 +27,9 @@ std::vector<std::vector<double>> gather_for_check(Device& device, const Solution
                                                   bool reflecting, std::span<const CheckGather> ways,
                                                   const Glass* glass = nullptr, Lights* lights = nullptr);
 
+/// H at points [point * bands + band] of patches that have that `radiosity` [band][patch] everywhere, W/m^2; it may be negative.
+std::vector<double> gather_of_patches(Device& device, const Solution& solution, VisibilityEngine& engine,
+                                      std::span<const double> radiosity, const CheckGather& way,
+                                      const Glass* glass = nullptr);
+
 }  // namespace clrad

@@ -1,11 +1,11 @@
 /* Lanes of a vector of 16 that were moved down to 8 or up within it.
  *
- * With CLRAD_SHUFFLE they are shuffled by the built-in function instead of named: oclgrind 21.10 takes lane 11 of a named selection
- * for uninitialised (tests/kernels/oclgrind). */
+ * CLRAD_PLAIN is for oclgrind 21.10 (tests/kernels/oclgrind), which takes lane 11 of a named selection for uninitialised and knows no
+ * reductions of vectors: lanes are shuffled by the built-in function, and lanes are joined by halves. */
 #ifndef CLRAD_LANES
 #define CLRAD_LANES
 
-#ifdef CLRAD_SHUFFLE
+#ifdef CLRAD_PLAIN
 #define UPPER(x) shuffle(x, (uint8)(8, 9, 10, 11, 12, 13, 14, 15))
 #define UPPER_WIDE(x) shuffle(x, (ulong8)(8, 9, 10, 11, 12, 13, 14, 15))
 #define ODDS(x) shuffle(x, (uint8)(1, 3, 5, 7, 9, 11, 13, 15))

@@ -33,7 +33,7 @@ static inline void store_row(uint16 x, global uint* out, ulong i, ulong end) {
 
 /* Whether any lane of an int16 is set: one compare where the compiler has a reduction, 16 branches on PoCL otherwise. */
 #define ANY(m) any(m)
-#ifdef __has_builtin
+#if defined(__has_builtin) && !defined(CLRAD_PLAIN)
 #if __has_builtin(__builtin_reduce_or)
 #undef ANY
 #define ANY(m) (__builtin_reduce_or(m) != 0)
