@@ -7,6 +7,7 @@
 #include "output/displayed.hpp"
 #include "solve/check_gather.hpp"
 #include "solve/check_points.hpp"
+#include "solve/seen_error.hpp"
 #include "solve/shoot.hpp"
 
 namespace clrad {
@@ -14,8 +15,6 @@ namespace {
 
 // Points and rays: enough for an RMS that is good to a third where errors are spread evenly, at a tenth of a solve's work.
 constexpr std::uint32_t fewest_points = 128, most_points = 1024, fewest_rays = 64, most_rays = 2048;
-// What is left of the mean error of light where it was gathered anew at the vertices, besides one more reflection; `./run bench budget`.
-constexpr double share_after_vertices = 0.75;
 constexpr double share_of_work = 1.0 / 36, most_pairs = 1e7;
 
 // Values at points, [point][band], and the share of the surfaces that each point stands for.
@@ -198,33 +197,6 @@ std::vector<double> missing_light(SolveState& state, const Solution& solution,
   return result;
 }
 
-// What the light that sensors see is off by, per band: each polygon's mean difference, reflected, by the polygons' areas.
-std::vector<double> error_of_seen_light(const Solution& solution, const std::vector<CheckPoint>& points,
-                                        const Twice& difference, const std::vector<double>& amplification) {
-  const std::size_t polygons = solution.scene.polygons.size();
-  std::vector<double> result;
-  for (std::uint32_t b = 0; b < solution.bands; ++b) {
-    std::vector<double> share(polygons, 0), first(polygons, 0), second(polygons, 0), by_chance(polygons, 0);
-    for (std::size_t k = 0; k < points.size(); ++k) {
-      const std::size_t i = k * solution.bands + b, p = points[k].polygon;
-      const double w = points[k].weight, x = w * difference.first.all[i], y = w * difference.second.all[i];
-      share[p] += w, first[p] += x, second[p] += y, by_chance[p] += x * y;
-    }
-    double sum = 0, open = 0;
-    for (std::size_t p = 0; p < polygons; ++p) {
-      const double rho = solution.material_of(std::uint32_t(p)).reflectance[b];
-      // first x second has the points' own products in it, which say nothing of the mean.
-      if (!(share[p] > 0)) continue;
-      sum += rho * rho / share[p] * (first[p] * second[p] - by_chance[p]);
-      open += 2 * std::pow(rho * rho / share[p] * by_chance[p], 2);
-    }
-    // One polygon may be below zero by chance, which others make up for. What so few points leave open is added: the two gathers differ by little,
-    // so that a product is (sum of x)^2, of variance 2 (sum of x^2)^2.
-    result.push_back(amplification[b] * std::sqrt(std::max(0.0, sum) + std::sqrt(open)));
-  }
-  return result;
-}
-
 // A share of the pairs of patch and vertex that the solve traced, and of sensors' rays: first for points, then for rays from each.
 struct Effort {
   std::uint32_t points, rays;
@@ -240,24 +212,24 @@ Effort effort_for(const SolveState& state, const SensorGather& gathered) {
   return {std::uint32_t(points), std::uint32_t(std::clamp(rays, double(fewest_rays), double(most_rays)))};
 }
 
-double of_mesh_and_rays(const std::vector<ErrorPart>& parts) {
-  double squares = 0;
+// Root of the sum of their squares, less `open` that was added to it.
+double of_mesh_and_rays(const std::vector<ErrorPart>& parts, double open_square = 0) {
+  double squares = -open_square;
   for (const ErrorPart& part : parts)
     if (!part.bound && part.name != "convergence") squares += part.relative * part.relative;
-  return std::sqrt(squares);
+  return std::sqrt(std::max(0.0, squares));
 }
 
-// How much of the surfaces' own RMS error a sensor sees: most of it averages out over what it sees, but next to an edge the wall
-// beside it is off alike; where light at the vertices is gathered anew, that is right there. 0.4 is from `./run bench budget`. Of wrong
-// form factors nothing averages out.
+// How much of the surfaces' own RMS error a sensor sees beside what check points as far apart as they are resolve: next to an edge the
+// wall beside it is half of what it sees, and off alike. Of wrong form factors nothing averages out. Where light at the vertices was
+// gathered anew, what was off at theirs is; `./run bench budget`.
 double share_of_local(const SolveState& state, bool regathered) {
-  if (state.options.estimator != Estimator::exact)
-    return regathered ? share_after_vertices * mean_reflectance(state) : 1;
-  return regathered ? 0 : 0.4;
+  const double share = state.options.estimator != Estimator::exact ? 1 : 0.4;
+  return regathered ? share * 0.4 * mean_reflectance(state) : share;
 }
 
-void total_up(SolveState& state, Solution& solution, double mean, const std::vector<double>& seen,
-              const std::vector<double>& missing, bool regathered) {
+void total_up(SolveState& state, Solution& solution, double mean, const std::vector<double>& seen_square,
+              const std::vector<double>& missing, double open_square, bool regathered) {
   auto& error = solution.report.error;
   double squares = 0;
   for (const ErrorPart& part : error.parts)
@@ -265,16 +237,15 @@ void total_up(SolveState& state, Solution& solution, double mean, const std::vec
   error.total_relative = std::sqrt(squares);
   if (solution.sensors.empty() || !(mean > 0)) return;
   const double reflected = mean_reflectance(state);
-  const double local = mean * reflected * share_of_local(state, regathered) * of_mesh_and_rays(error.parts);
+  const double local =
+      mean * reflected * share_of_local(state, regathered) * of_mesh_and_rays(error.parts, open_square);
   double all = 0, rays = 0, irradiance = 0;
   for (SensorResult& sensor : solution.sensors)
     for (std::uint32_t b = 0; b < state.bands; ++b) {
       double& e = sensor.irradiance_error[b];
       rays += e * e, irradiance += sensor.irradiance[b];
       // What is unshot is missing after one more reflection: the first is gathered.
-      const double more = regathered ? share_after_vertices * reflected : 1;
-      e = std::sqrt(e * e + std::pow(more * seen[b], 2) + std::pow(reflected * missing[b], 2) +
-                    local * local);
+      e = std::sqrt(e * e + seen_square[b] + std::pow(reflected * missing[b], 2) + local * local);
       all += e * e;
     }
   const double values = double(solution.sensors.size()) * state.bands;
@@ -371,7 +342,11 @@ void estimate_error(SolveState& state, Solution& solution, const std::vector<dou
   if (relative(mean_over_bands_of_square(missing)) > negligible * of_mesh_and_rays(parts))
     missing = missing_light(state, solution, inside, seed + 3);
   parts.push_back({"convergence", relative(mean_over_bands_of_square(missing)), false});
-  total_up(state, solution, mean, error_of_seen_light(solution, inside, everywhere, amplification), missing,
+  std::vector<double> seen;
+  if (!solution.sensors.empty())
+    seen = seen_error_square(state, solution, inside, everywhere.first.all, everywhere.second.all,
+                             gathered.regathered);
+  total_up(state, solution, mean, seen, missing, echo2 * everywhere.open() / (mean * mean),
            gathered.regathered);
 }
 

@@ -22,8 +22,8 @@ class KernelHygiene : public ::testing::TestWithParam<Shape> {
   KernelHygiene()
       : device_({.shape = GetParam(), .work_group_size = GetParam() == Shape::trees ? 48u : 64u}) {}
 
-  // Two blocks of 4096 and a bit, so that sums of blocks are scanned, too; and one that takes a single launch.
-  static constexpr std::uint32_t long_size = 9000, short_size = 100;
+  // More blocks of 4096 than one launch takes, so that sums of blocks are scanned, too; and one that takes a single launch.
+  static constexpr std::uint32_t long_size = 20000, short_size = 100;
   static Words ramp(std::uint32_t n) {
     Words values(n);
     for (std::uint32_t i = 0; i < n; ++i) values[i] = i * 7 % 5;
@@ -92,6 +92,19 @@ TEST_P(KernelHygiene, SegmentsReductionsAndSorting) {
     EXPECT_TRUE(std::is_sorted(by_key.begin(), by_key.end()));
     EXPECT_EQ(carried.at(0), 0u);
   }
+}
+
+// Flags of the receivers that are nearer to a patch's box than the reach stay; solves need it only where memory is short.
+TEST(KernelHygieneOf, ReceiversNearAPatch) {
+  Device device({.work_group_size = 64});
+  std::vector<Point> points;
+  for (int i = 0; i < 5; ++i) points.push_back({{0.2 * i, 0.0, 0.1}, {0, 0, 1}});
+  const PointArray receivers(device, points, "receivers");
+  // The second box is 0 to 0.1 along each axis, so the receivers are 0, 0.1, 0.3, 0.5 and 0.7 from it.
+  const RealArray boxes(device, std::vector<double>{9, 9, 9, 9, 9, 9, 0, 0, 0, 0.1, 0.1, 0.1}, "patch boxes");
+  Array<std::uint32_t> flags(device, Words{1, 1, 0, 1}, "flags");
+  device.run("solve/near_field.cl", "keep_near", 4, receivers, boxes, 1u, Real{0.4}, flags, 1u, 4u);
+  EXPECT_EQ(flags.download(), (Words{1, 1, 0, 0}));
 }
 
 // Many small triangles in rows, and rays that thread them: enough triangles for `serial` to divide, and waves for `chop`.

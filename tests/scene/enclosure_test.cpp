@@ -69,7 +69,8 @@ TEST(Enclosure, RoomsOfTheReferenceAreProven) {
     ++furnaces;
   }
   EXPECT_EQ(furnaces, 7);
-  for (const auto& c : oracle::reference("c_boxes.json").at("cases"))
+  const auto boxes = oracle::reference("c_boxes.json");
+  for (const auto& c : boxes.at("cases"))
     if (c.contains("scene")) {
       EXPECT_TRUE(closed(oracle::scene_of(c.at("scene")))) << c.at("id");
     }
