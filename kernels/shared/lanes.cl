@@ -2,8 +2,8 @@
  *
  * CLRAD_PLAIN is for oclgrind 21.10 (tests/kernels/oclgrind), which takes lane 11 of a named selection for uninitialised and knows no
  * reductions of vectors: lanes are shuffled by the built-in function, and lanes are joined by halves. */
-#ifndef CLRAD_LANES
-#define CLRAD_LANES
+#ifndef CLRAD_LANES_CL
+#define CLRAD_LANES_CL
 
 #ifdef CLRAD_PLAIN
 #define UPPER(x) shuffle(x, (uint8)(8, 9, 10, 11, 12, 13, 14, 15))

@@ -423,8 +423,10 @@ __kernel void sensor_spread(__global const uint* owner, __global const REAL* fac
 
 /* H and its standard error: one work-item a (sensor, band), over the sensor's pairs in order. Of n rays that agree about what is in the way
  * some share up to 1 / (n + 2) may still be otherwise (Laplace's rule of succession), half of it on average; open: nothing can be in the way,
- * and a single ray is off by what it differs from the patch's average. few: rays are so few that the ratio of sums would be off; the mean of
- * weights is known, and what the average of the patch says is corrected by what rays say. */
+ * and a single ray is off by what it differs from the patch's average. few: a pair may have so few rays that the ratio of sums is off, by its
+ * spread over their number. Then, the mean of weights being known, what the average of the patch says is corrected by what rays say; but of
+ * more rays the ratio is far better where that average is far from what is seen, as next to the edge of a large patch. */
+#define RAYS_FOR_RATIO 16
 __kernel void sensor_sum(uint pairs, __global const uint* pair_offsets, __global const uint* owner,
                          __global const REAL* factor, __global const REAL* moments, __global const uint* done,
                          __global const REAL* radiosity, __global REAL* irradiance, __global REAL* error, uint first,
@@ -440,7 +442,10 @@ __kernel void sensor_sum(uint pairs, __global const uint* pair_offsets, __global
     const REAL size = mean > bright ? mean : bright;
     const REAL unseen = !open ? size / (2 * (done[k] + 2)) : done[k] > 1 ? 0 : mean - bright;
     variance += unseen * unseen;
-    if (few) mean = bright + (moments[(ulong)(1 + 2 * band) * pairs + k] - bright * moments[k]) / (CLRAD_PI * done[k]);
+    if (few && done[k] < RAYS_FOR_RATIO) {
+      variance += (mean - bright) * (mean - bright) / done[k]; /* weights differ by as much as they are, at most */
+      mean = bright + (moments[(ulong)(1 + 2 * band) * pairs + k] - bright * moments[k]) / (CLRAD_PI * done[k]);
+    }
     clrad_add(&sum, &lost, f * mean);
     squares += f * f * variance;
   }

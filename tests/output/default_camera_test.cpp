@@ -36,7 +36,7 @@ TEST(DefaultCamera, LooksInThroughTheOpenSide) {
     EXPECT_NEAR(glm::dot(glm::normalize(camera.eye - centre), outward[missing]), 1, 1e-14)
         << "wall " << missing;
     // The whole opening is in the picture.
-    const auto& gap = room()[missing];
+    const Polygon gap = room()[missing];
     for (std::uint32_t k = 0; k < 4; ++k) {
       const glm::dvec3 d = gap.corner[k] - camera.eye, forward = glm::normalize(centre - camera.eye);
       const glm::dvec3 across = d - glm::dot(d, forward) * forward;
