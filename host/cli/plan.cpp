@@ -4,9 +4,11 @@
 #include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "cli/cli.hpp"
 #include "cli/solve_arguments.hpp"
+#include "clrad/solver.hpp"
 #include "effects/predict.hpp"
 #include "output/file.hpp"
 #include "scene/range.hpp"
@@ -79,7 +81,23 @@ void print_plan(const Scene& scene, const std::vector<Effect>& effects, const Pr
       "device, without pictures and files.\n");
 }
 
-std::string plan_json(const Scene& scene, const std::vector<Effect>& effects, const Prediction& p) {
+void print_forecast(const SolveOptions& asked, const TargetForecast& f) {
+  const SolveOptions& o = f.options;
+  fmt::print("\nfor {}: patches of {:.3g} m, elements of {:.3g} m, {} samples, {} of lamps{}\n",
+             asked.target_error > 0 ? fmt::format("--target-error {:.3g}%", 100 * asked.target_error)
+                                    : fmt::format("--time-budget {:.3g}s", asked.time_budget_s),
+             o.mesh.patch_edge_m, o.mesh.element_edge_m, o.samples, o.light_samples,
+             o.sensors.empty() ? "" : fmt::format(", {} rays a sensor", o.sensor_rays));
+  fmt::print(
+      "an error of {:.2g} % after {} s{}; foretold by coarse solves of {} s. The table above is of that last "
+      "solve alone.\n",
+      100 * f.error_relative, seconds_text(f.seconds),
+      f.meets ? "" : ", which is more than the target: nothing finer is within reach",
+      seconds_text(f.probing_seconds));
+}
+
+std::string plan_json(const Scene& scene, const std::vector<Effect>& effects, const Prediction& p,
+                      const TargetForecast* forecast) {
   using Json = nlohmann::ordered_json;
   Json json;
   json["schema"] = "clrad-plan-1";
@@ -87,6 +105,18 @@ std::string plan_json(const Scene& scene, const std::vector<Effect>& effects, co
   json["predicted"] = {
       {"patches", p.patches}, {"elements", p.elements}, {"vertices", p.vertices},        {"shoots", p.shoots},
       {"rays", p.rays},       {"seconds", p.seconds},   {"device_bytes", p.device_bytes}};
+  if (forecast) {
+    const SolveOptions& o = forecast->options;
+    json["target"] = {{"patch_edge_m", o.mesh.patch_edge_m},
+                      {"element_edge_m", o.mesh.element_edge_m},
+                      {"samples", o.samples},
+                      {"light_samples", o.light_samples},
+                      {"sensor_rays", o.sensor_rays},
+                      {"error_relative", forecast->error_relative},
+                      {"meets", forecast->meets},
+                      {"seconds", forecast->seconds},
+                      {"probing_seconds", forecast->probing_seconds}};
+  }
   json["effects"] = Json::array();
   for (std::size_t i = 0; i < effects.size(); ++i) {
     const Effect& e = effects[i];
@@ -112,16 +142,16 @@ int run_plan(PlanArguments& a) {
   SolveOptions& options = a.solve.options;
   if (!a.solve.sensors.empty()) options.sensors = load_sensors(a.solve.sensors, unit_m);
   require_range(scene);
-  const std::vector<Effect> effects = plan_effects(scene, options);
   Device device(a.solve.device.resolved());
-  const Prediction prediction = predict(device, scene, options, effects);
+  std::optional<TargetForecast> target;
+  if (options.target_error > 0 || options.time_budget_s > 0) target = forecast(device, scene, options);
+  const SolveOptions& chosen = target ? target->options : options;
+  const std::vector<Effect> effects = plan_effects(scene, chosen);
+  const Prediction prediction = predict(device, scene, chosen, effects);
   print_plan(scene, effects, prediction);
-  if (options.target_error > 0 || options.time_budget_s > 0)
-    fmt::print(
-        "Of --target-error and --time-budget nothing is predicted: solve finds the settings as it goes, and "
-        "these numbers are of the ones above.\n");
+  if (target) print_forecast(options, *target);
   if (!a.json.empty()) {
-    write_file(a.json, plan_json(scene, effects, prediction));
+    write_file(a.json, plan_json(scene, effects, prediction, target ? &*target : nullptr));
     fmt::print("wrote {}\n", a.json);
   }
   return done;
@@ -130,8 +160,10 @@ int run_plan(PlanArguments& a) {
 }  // namespace
 
 void add_plan(CLI::App& app, Action& action) {
-  CLI::App* verb = app.add_subcommand(
-      "plan", "say which effects a scene calls for and why, and what a solve would take; nothing is solved");
+  CLI::App* verb =
+      app.add_subcommand("plan",
+                         "say which effects a scene calls for and why, and what a solve would take; nothing "
+                         "is solved but for a coarse try or two with --target-error or --time-budget");
   const auto a = std::make_shared<PlanArguments>();
   verb->add_option("scene", a->scene, "OBJ, glTF or GLB file")->required();
   verb->add_option("--json", a->json, "write the plan here");

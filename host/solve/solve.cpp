@@ -277,7 +277,9 @@ Solution solve_once(Device& device, const Scene& given, const SolveOptions& opti
 
 }  // namespace
 
-Solution solve(Device& device, const Scene& scene, const SolveOptions& options) {
+namespace {
+
+void check_all(const Scene& scene, const SolveOptions& options) {
   check_options(options);
   require_range(scene);
   require_sensors_near(scene, options.sensors);
@@ -286,10 +288,23 @@ Solution solve(Device& device, const Scene& scene, const SolveOptions& options) 
       options.target_of == TargetOf::sensors || options.target_of == TargetOf::worst_sensor;
   if (of_sensors && options.sensors.empty())
     throw UsageError("--target-of sensors or max, but there are no sensors");
+}
+
+}  // namespace
+
+Solution solve(Device& device, const Scene& scene, const SolveOptions& options) {
+  check_all(scene, options);
   if (options.target_error > 0 || options.time_budget_s > 0)
     return solve_to_target(scene, options,
                            [&](const SolveOptions& o) { return solve_once(device, scene, o); });
   return solve_once(device, scene, options);
+}
+
+TargetForecast forecast(Device& device, const Scene& scene, const SolveOptions& options) {
+  check_all(scene, options);
+  if (!(options.target_error > 0 || options.time_budget_s > 0))
+    throw UsageError("a forecast needs --target-error or --time-budget");
+  return foretell_target(scene, options, [&](const SolveOptions& o) { return solve_once(device, scene, o); });
 }
 
 }  // namespace clrad

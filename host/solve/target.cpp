@@ -166,32 +166,37 @@ void each_finer(const Setting& at, bool sensors, Visit visit) {
         }
 }
 
-std::optional<Setting> next_setting(const TargetErrors& errors, const Setting& at, const Cost& cost,
-                                    double target, double seconds_left) {
+struct NextSetting {
+  Setting setting;
+  double error, seconds;  // foretold
+};
+
+std::optional<NextSetting> next_setting(const TargetErrors& errors, const Setting& at, const Cost& cost,
+                                        double target, double seconds_left, double longest = longest_step) {
   const auto regathers = [&](const Setting& s) {
     const double p = std::pow(at.patch_edge_m / s.patch_edge_m, 2),
                  v = std::pow(at.element_edge_m() / s.element_edge_m(), 2);
     return rays_at_vertices(cost.patches * p, cost.vertices * v, cost.sensors, s.sensor_rays) > 0;
   };
   const double aim = target * (errors.at_sensors ? aim_at_sensors : aim_all_over);
-  std::optional<Setting> best;
-  double best_seconds = 0, best_error = 0, best_cost = 0;
-  const double most_seconds = std::min(seconds_left * share_of_time_left, longest_step * cost.total());
+  std::optional<NextSetting> best;
+  double best_cost = 0;
+  const double most_seconds = std::min(seconds_left * share_of_time_left, longest * cost.total());
   each_finer(at, errors.at_sensors, [&](const Setting& next) {
     const double seconds = predicted_seconds(cost, at, next);
     if (seconds > most_seconds) return;
     TargetErrors then = predicted(errors, at, next);
     if (regathers(at) && !regathers(next)) then.seen *= without_vertices;
     const double error = then.total();
-    const bool meets = target > 0 && error <= aim, best_meets = target > 0 && best_error <= aim;
+    const bool meets = target > 0 && error <= aim, best_meets = target > 0 && best && best->error <= aim;
     if (!meets && error > (target > 0 ? 0.75 : 0.9) * errors.total()) return;
     // Where none meets the target: the most for the time.
     const double cost_of_error = target > 0 ? error * std::pow(seconds, 0.4) : error;
     const bool better = !best                 ? true
                         : meets != best_meets ? meets
-                        : meets               ? seconds < best_seconds
+                        : meets               ? seconds < best->seconds
                                               : cost_of_error < best_cost;
-    if (better) best = next, best_seconds = seconds, best_error = error, best_cost = cost_of_error;
+    if (better) best = NextSetting{next, error, seconds}, best_cost = cost_of_error;
   });
   return best;
 }
@@ -233,22 +238,71 @@ double sensor_seconds(const Report& report) {
   return 0;
 }
 
+// `sensors_before`: what earlier solves of this device took at sensors, since its profile goes on; grows.
+Cost cost_of(const Solution& s, double seconds, double& sensors_before) {
+  Cost cost;
+  cost.sensors_s = sensor_seconds(s.report) - sensors_before;
+  sensors_before += cost.sensors_s;
+  cost.shooting_s = std::max(1e-4, seconds - cost.sensors_s);
+  cost.vertices = s.vertex_count(), cost.patches = double(s.mesh.patches.size());
+  cost.sensors = s.sensors.size();
+  return cost;
+}
+
+// What ends within the time.
+double budget_of(const SolveOptions& o) {
+  return o.time_budget_s > 0 ? std::max(0.5 * o.time_budget_s, o.time_budget_s - ending_s) : INFINITY;
+}
+
+// Kernels are loaded by the coarsest solve that there is, so that the next one's time says what finer ones take.
+bool starts_coarser(const SolveOptions& o) {
+  return o.resume.empty() && o.mesh.patch_edge_m <= 0;
+}
+Setting coarser(Setting s) {
+  s.patch_edge_m *= 2, s.level = 1;
+  return s;
+}
+
 }  // namespace
+
+TargetForecast foretell_target(const Scene& scene, const SolveOptions& options, const SolveOnce& solve_once) {
+  const auto start = Clock::now();
+  const auto elapsed = [&] { return std::chrono::duration<double>(Clock::now() - start).count(); };
+  std::vector<Setting> settings{first_setting(scene, options)};
+  if (starts_coarser(options)) settings.insert(settings.begin(), coarser(settings[0]));
+  TargetForecast result;
+  double sensors_before = 0;
+  for (const Setting& setting : settings) {
+    SolveOptions probe = with_setting(options, setting);
+    const double began = elapsed();
+    const Solution s = solve_once(probe);
+    const TargetErrors errors = errors_of(s, options);
+    const Cost cost = cost_of(s, elapsed() - began, sensors_before);
+    result.options = std::move(probe);
+    result.error_relative = errors.total();
+    result.probing_seconds = result.seconds = elapsed();
+    if (s.stopped || (options.target_error > 0 && errors.total() <= options.target_error)) break;
+    if (&setting != &settings.back()) continue;
+    // All in one step, as solve_to_target() would by way of a few that take little of the time.
+    const auto next =
+        next_setting(errors, setting, cost, options.target_error, budget_of(options) - elapsed(), INFINITY);
+    if (!next) break;
+    result.options = with_setting(options, next->setting);
+    result.error_relative = next->error;
+    result.seconds += next->seconds;
+  }
+  result.meets = options.target_error <= 0 || result.error_relative <= options.target_error;
+  return result;
+}
 
 Solution solve_to_target(const Scene& scene, const SolveOptions& options, const SolveOnce& solve_once) {
   const auto start = Clock::now();
   const auto elapsed = [&] { return std::chrono::duration<double>(Clock::now() - start).count(); };
-  const double budget = options.time_budget_s > 0
-                            ? std::max(0.5 * options.time_budget_s, options.time_budget_s - ending_s)
-                            : INFINITY;
+  const double budget = budget_of(options);
   const bool sensors = aims_at_sensors(options);
   Setting setting = first_setting(scene, options);
-  // Kernels are loaded by the coarsest solve that there is, so that the next one's time says what finer ones take.
   std::optional<Setting> first;
-  if (options.resume.empty() && options.mesh.patch_edge_m <= 0) {
-    first = setting;
-    setting.patch_edge_m *= 2, setting.level = 1;
-  }
+  if (starts_coarser(options)) first = setting, setting = coarser(setting);
   std::optional<Solution> best;
   std::vector<TargetStep> steps;
   std::optional<TargetErrors> foretold;
@@ -281,12 +335,7 @@ Solution solve_to_target(const Scene& scene, const SolveOptions& options, const 
     if (!solution) break;
     const double seconds = elapsed() - began;
     const TargetErrors errors = errors_of(*solution, options);
-    Cost cost;
-    cost.sensors_s = sensor_seconds(solution->report) - sensors_before;
-    sensors_before += cost.sensors_s;
-    cost.shooting_s = std::max(1e-4, seconds - cost.sensors_s);
-    cost.vertices = solution->vertex_count(), cost.patches = double(solution->mesh.patches.size());
-    cost.sensors = options.sensors.size();
+    const Cost cost = cost_of(*solution, seconds, sensors_before);
     const bool stopped = solution->stopped, helped = errors.total() < worth_a_step * error;
     if (!stopped || !best)
       steps.push_back({setting.patch_edge_m, setting.element_edge_m(), setting.samples, setting.light_samples,
@@ -316,10 +365,10 @@ Solution solve_to_target(const Scene& scene, const SolveOptions& options, const 
       break;
     }
     // What comes after the shots (near field, sensors, this estimate) has to fit in, too.
-    const double growth = predicted_seconds(cost, setting, *next) / cost.total();
+    const double growth = next->seconds / cost.total();
     finishing = std::min(0.3 * (budget - elapsed()), 0.25 * seconds * growth);
     foretold = planned, foretold_at = setting;
-    setting = *next;
+    setting = next->setting;
   }
   Report& report = best->report;
   report.target.error_relative = options.target_error, report.target.time_budget_s = options.time_budget_s;

@@ -5,6 +5,7 @@
 #include "clrad/device.hpp"
 #include "clrad/options.hpp"
 #include "clrad/solution.hpp"
+#include "clrad/solver.hpp"
 
 namespace clrad {
 
@@ -15,5 +16,8 @@ using SolveOnce = std::function<Solution(const SolveOptions&)>;
 /// should meet the target by what the last one's parts of the error were (with a time budget, the best that should be
 /// done in time), so that the last solve takes most of all time. Returns the best solution; its report says what was tried.
 Solution solve_to_target(const Scene& scene, const SolveOptions& options, const SolveOnce& solve_once);
+
+/// What that would come to, by its first, coarse solves alone.
+TargetForecast foretell_target(const Scene& scene, const SolveOptions& options, const SolveOnce& solve_once);
 
 }  // namespace clrad

@@ -12,4 +12,18 @@ namespace clrad {
 /// same bits. Throws UsageError, InputError or DeviceError.
 Solution solve(Device& device, const Scene& scene, const SolveOptions& options = {});
 
+/// Where a solve to a target or in a time is to end up.
+struct TargetForecast {
+  SolveOptions options;       ///< settings of its last solve: mesh, samples, rays from sensors
+  double error_relative = 0;  ///< estimated, of what options.target_of says
+  bool meets = false;         ///< the target error, if one was asked for
+  double seconds =
+      0;  ///< of all solves until then; good to a factor of two where the settings are much finer than the coarse ones
+  double probing_seconds = 0;  ///< what the forecast took
+};
+
+/// Foretells solve() with options.target_error or options.time_budget_s from one or two coarse solves: how the parts of their errors, and
+/// their times, go on with finer settings. Throws as solve() does, and UsageError without a target.
+TargetForecast forecast(Device& device, const Scene& scene, const SolveOptions& options);
+
 }  // namespace clrad

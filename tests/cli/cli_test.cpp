@@ -89,6 +89,18 @@ TEST_F(Cli, ATargetIsMetOrExitCodeFourSaysThatItIsNot) {
   EXPECT_GT(other["polygons"].size(), 0u);
 }
 
+TEST_F(Cli, APlanForATargetSaysItsSettingsErrorAndTime) {
+  const std::string room = CLRAD_SCENES "/block_room.obj";
+  const auto plan = run({"plan", room, "--target-error", "1.5%", "--json", path("plan.json")});
+  ASSERT_EQ(plan.code, 0) << plan.error;
+  EXPECT_NE(plan.out.find("for --target-error 1.5%"), std::string::npos) << plan.out;
+  const auto target = nlohmann::json::parse(text("plan.json"))["target"];
+  EXPECT_TRUE(target["meets"]);
+  EXPECT_LE(target["error_relative"], 0.015);
+  EXPECT_GT(target["seconds"], 0);
+  EXPECT_FALSE(nlohmann::json::parse(text("plan.json"))["predicted"]["patches"].is_null());
+}
+
 TEST_F(Cli, BadTargetsAreBadUsage) {
   const std::string room = CLRAD_SCENES "/block_room.obj";
   for (const char* share : {"0", "-1%", "100%", "2", "two", "5 per cent"})

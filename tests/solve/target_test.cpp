@@ -43,6 +43,21 @@ TEST(Target, AnErrorAtSensorsIsMet) {
   }
 }
 
+// Errors of a mesh hang on where its nodes fall, and estimates are good to a factor: a half to three times (README) the one foretold.
+TEST(Target, AForecastsSettingsGiveTheErrorThatItForetells) {
+  const Scene scene = oracle::block_room();
+  SolveOptions o;
+  EXPECT_THROW(forecast(target_device(), scene, o), UsageError);
+  o.target_error = 0.01;
+  const TargetForecast f = forecast(target_device(), scene, o);
+  EXPECT_TRUE(f.meets);
+  EXPECT_LE(f.error_relative, 0.01);
+  EXPECT_GE(f.seconds, f.probing_seconds);
+  const Solution s = solve(target_device(), scene, f.options);
+  EXPECT_GT(s.report.error.total_relative, f.error_relative / 2);
+  EXPECT_LT(s.report.error.total_relative, 3 * f.error_relative);
+}
+
 TEST(Target, AnErrorOfTheSceneIsMetByFinerAndFinerSolves) {
   const Scene scene = oracle::block_room();
   SolveOptions o;
