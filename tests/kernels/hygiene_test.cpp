@@ -94,6 +94,25 @@ TEST_P(KernelHygiene, SegmentsReductionsAndSorting) {
   }
 }
 
+TEST_P(KernelHygiene, SegmentedScansOfEachKind) {
+  const Words values = ramp(long_size);
+  Words heads(long_size);
+  for (std::uint32_t i = 0; i < long_size; ++i) heads[i] = i % 10 == 0;
+  const Array<std::uint32_t> in(device_, values, "in"), flags(device_, heads, "heads");
+  const Array<float> floats(device_, std::vector<float>(values.begin(), values.end()), "in");
+  Array<std::uint32_t> out(device_, long_size, "out");
+  Array<float> real(device_, long_size, "out");
+  segmented_copy(device_, in.buffer(), flags.buffer(), out.buffer(), long_size);
+  EXPECT_EQ(out.at(long_size - 1), values[long_size - 10]);
+  // The last segment's ten values are 0 to 4, twice.
+  for (const auto& [op, last] : {std::pair{Op::sum, 20u}, {Op::min, 0u}, {Op::max, 4u}}) {
+    segmented_scan_uint(device_, op, in.buffer(), flags.buffer(), out.buffer(), long_size);
+    EXPECT_EQ(out.at(long_size - 1), last);
+    segmented_scan_float(device_, op, floats.buffer(), flags.buffer(), real.buffer(), long_size);
+    EXPECT_EQ(real.at(long_size - 1), float(last));
+  }
+}
+
 // Flags of the receivers that are nearer to a patch's box than the reach stay; solves need it only where memory is short.
 TEST(KernelHygieneOf, ReceiversNearAPatch) {
   Device device({.work_group_size = 64});
