@@ -136,6 +136,15 @@ void spread_over_bands(Solution& solution, const Scene& scene, const std::vector
   auto& energy = solution.report.energy;
   for (auto* e : {&energy.emitted, &energy.absorbed, &energy.unshot, &energy.unaccounted})
     spread(*e, factors);
+  // Estimates are root mean squares over all values by the mean of all: bands that differ have the larger ones.
+  double sum = 0, squares = 0;
+  for (const double f : factors) sum += f, squares += f * f;
+  const double scale = sum > 0 ? std::sqrt(squares * double(factors.size())) / sum : 1;
+  auto& error = solution.report.error;
+  error.total_relative *= scale, error.sensors_relative *= scale;
+  for (auto* parts : {&error.parts, &error.sensor_parts})
+    for (ErrorPart& part : *parts)
+      if (!part.bound) part.relative *= scale;
 }
 
 Effect plan_colour(const Scene& scene, const SolveOptions&) {
