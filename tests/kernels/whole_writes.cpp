@@ -18,7 +18,8 @@ Function* next(const char* name) {
 cl_int move_bytes(cl_command_queue queue, cl_mem from, cl_mem to, size_t from_offset, size_t to_offset,
                   size_t size, cl_event* event) {
   static const char* source =
-      "kernel void move_bytes(global const uchar* from, ulong from_offset, global uchar* to, ulong to_offset) {"
+      "kernel void move_bytes(global const uchar* from, ulong from_offset, global uchar* to, ulong "
+      "to_offset) {"
       "  to[to_offset + get_global_id(0)] = from[from_offset + get_global_id(0)];"
       "}";
   // clrad has one context a process at a time; a program is kept as long as its context lasts, and that as long as the program.
@@ -60,9 +61,9 @@ extern "C" cl_int clEnqueueCopyBuffer(cl_command_queue queue, cl_mem from, cl_me
   return error == CL_SUCCESS ? move_bytes(queue, from, to, from_offset, to_offset, size, event) : error;
 }
 
-extern "C" cl_int clEnqueueWriteBuffer(cl_command_queue queue, cl_mem buffer, cl_bool, size_t offset, size_t size,
-                                       const void* from, cl_uint waits, const cl_event* wait_list,
-                                       cl_event* event) {
+extern "C" cl_int clEnqueueWriteBuffer(cl_command_queue queue, cl_mem buffer, cl_bool, size_t offset,
+                                       size_t size, const void* from, cl_uint waits,
+                                       const cl_event* wait_list, cl_event* event) {
   static const auto real = next<decltype(clEnqueueWriteBuffer)>("clEnqueueWriteBuffer");
   if (offset == 0 && size == size_of(buffer))
     return real(queue, buffer, CL_TRUE, offset, size, from, waits, wait_list, event);
