@@ -265,7 +265,10 @@ Setting coarser(Setting s) {
 
 }  // namespace
 
-TargetForecast foretell_target(const Scene& scene, const SolveOptions& options, const SolveOnce& solve_once) {
+TargetForecast foretell_target(const Scene& scene, const SolveOptions& asked, const SolveOnce& solve_once) {
+  // Nothing is written, and nothing gone on with: these solves are tries.
+  SolveOptions options = asked;
+  options.checkpoint.clear(), options.resume.clear();
   const auto start = Clock::now();
   const auto elapsed = [&] { return std::chrono::duration<double>(Clock::now() - start).count(); };
   std::vector<Setting> settings{first_setting(scene, options)};

@@ -17,13 +17,13 @@ struct TargetForecast {
   SolveOptions options;       ///< settings of its last solve: mesh, samples, rays from sensors
   double error_relative = 0;  ///< estimated, of what options.target_of says
   bool meets = false;         ///< the target error, if one was asked for
-  double seconds =
-      0;  ///< of all solves until then; good to a factor of two where the settings are much finer than the coarse ones
+  /// Of all solves until then, extrapolated from coarse ones; how far it is off was not measured over scenes.
+  double seconds = 0;
   double probing_seconds = 0;  ///< what the forecast took
 };
 
 /// Foretells solve() with options.target_error or options.time_budget_s from one or two coarse solves: how the parts of their errors, and
-/// their times, go on with finer settings. Throws as solve() does, and UsageError without a target.
+/// their times, go on with finer settings. options.checkpoint and resume are left out. Throws as solve() does, and UsageError without a target.
 TargetForecast forecast(Device& device, const Scene& scene, const SolveOptions& options);
 
 }  // namespace clrad

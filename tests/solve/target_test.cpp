@@ -49,7 +49,11 @@ TEST(Target, AForecastsSettingsGiveTheErrorThatItForetells) {
   SolveOptions o;
   EXPECT_THROW(forecast(target_device(), scene, o), UsageError);
   o.target_error = 0.01;
+  const auto file = std::filesystem::temp_directory_path() / "clrad_forecast.checkpoint";
+  std::filesystem::remove(file);
+  o.checkpoint = file.string();
   const TargetForecast f = forecast(target_device(), scene, o);
+  EXPECT_FALSE(std::filesystem::exists(file));  // a forecast writes nothing
   EXPECT_TRUE(f.meets);
   EXPECT_LE(f.error_relative, 0.01);
   EXPECT_GE(f.seconds, f.probing_seconds);
