@@ -12,11 +12,16 @@ namespace {
 
 constexpr const char* integrate_kernels = "viewfactors/integrate.cl";
 // As in the kernel file.
-constexpr std::uint64_t cell_points = 25, piece_reals = 49, point_reals = 3, result_reals = 6;
+constexpr std::uint64_t cell_points = 25, piece_reals = 49, point_reals = 4, result_reals = 7;
 constexpr std::uint64_t occluder_words = 5, side_words = 4, plane_reals = 5;
 // The error of a first cell, as a share of how much the integrand varies over it: where something may be hidden, and where
 // all is smooth.
 constexpr double unconfirmed_hidden = 0.1, unconfirmed_free = 1e-2;
+// The same as a share of what the cell would see without occluders: all its points may have missed a slit or a shadow.
+constexpr double unconfirmed_missed = 1e-2;
+// Of what halving a cell with occluders changed, the least that counts as error of the halves: rules of both may
+// overlook the same kinks.
+constexpr double least_of_change = 0.1;
 // Of the highest null rules, the least that counts as error: where something may be hidden, and where all is smooth.
 constexpr double least_part_hidden = 0.1, least_part_free = 0.02;
 // Cells below this x the relative error asked for x the smaller area of the two are not looked at more closely at first.
@@ -28,7 +33,7 @@ struct Cell {
   CellPlace place{};
   std::uint64_t first_occluder = 0;  // in Integration::lists_; of the cell it was halved from until culled
   std::uint32_t occluders = 0;       // or `hidden`
-  double value = 0, unsure = 0;
+  double value = 0, unsure = 0, free = 0;
   double raw[2] = {0, 0}, error[2] = {0, 0},
          varies[2] = {0, 0};           // along u and v; raw: the rule's own estimate
   bool confirmed[2] = {false, false};  // some halving that way has been compared with the whole
@@ -213,11 +218,16 @@ class Integration {
     for (std::size_t i = 0; i < cells.size(); ++i)
       if (cells[i].child >= 0) compare(cells[i], cells[i + 1]), ++i;
     // An estimate that no halving has confirmed counts only where little can be wrong.
-    for (Cell& c : cells)
-      for (int k = 0; k < 2; ++k)
-        if (!c.confirmed[k])
-          c.error[k] =
-              std::max(c.error[k], c.varies[k] * (c.occluders > 0 ? unconfirmed_hidden : unconfirmed_free));
+    for (Cell& c : cells) {
+      if (c.occluders == hidden) continue;
+      for (int k = 0; k < 2; ++k) {
+        if (c.confirmed[k]) continue;
+        const double unknown = c.occluders > 0
+                                   ? std::max(unconfirmed_hidden * c.varies[k], unconfirmed_missed * c.free)
+                                   : unconfirmed_free * c.varies[k];
+        c.error[k] = std::max(c.error[k], unknown);
+      }
+    }
     counts_.cells += all;
     counts_.points += all * cell_points;
   }
@@ -241,6 +251,7 @@ class Integration {
       c.value = r[0], c.unsure = r[1];
       c.error[0] = c.raw[0] = r[2], c.error[1] = c.raw[1] = r[3];
       c.varies[0] = r[4], c.varies[1] = r[5];
+      c.free = r[6];
     }
   }
 
@@ -272,10 +283,12 @@ class Integration {
   // Two siblings with their parent: if its estimate was too low, theirs are, too.
   static void compare(Cell& a, Cell& b) {
     const double moved = std::abs(a.parent_value - a.value - b.value);
-    if (moved <= a.parent_error) return;
     // A kink's error falls by about 5 from halving to halving.
-    for (Cell* c : {&a, &b})
-      if (c->occluders != hidden) c->error[c->child] = std::max(c->error[c->child], 0.2 * moved);
+    const double part = moved > a.parent_error ? 0.2 : least_of_change;
+    for (Cell* c : {&a, &b}) {
+      if (c->occluders == hidden || (c->occluders == 0 && moved <= a.parent_error)) continue;
+      c->error[c->child] = std::max(c->error[c->child], part * moved);
+    }
   }
 
   void refine(PairState& state, const PairTask& task) {

@@ -21,8 +21,10 @@
 #define NODES 5             /* Gauss points along each side of a cell */
 #define CELL_POINTS 25      /* NODES x NODES */
 #define PIECE_REALS (1 + 3 * MOST_CORNERS) /* on the stack: corners + 64 * next occluder, corner positions */
-#define RESULT_REALS 6      /* of a cell, see cell_sums */
-#define POINT_REALS 3       /* seen, unsure, rounding; each times the area that the point stands for */
+#define MOST_NEAR 48        /* occluders of a point looked at once for all pieces */
+#define RESULT_REALS 7      /* of a cell, see cell_sums */
+#define POINT_REALS 4       /* seen, unsure, rounding, what would be seen without occluders; each times the area that the point
+                               stands for */
 
 __constant REAL node_at[NODES] = {CLRAD_R(0.0469100770306680036), CLRAD_R(0.2307653449471584545), CLRAD_R(0.5),
                                   CLRAD_R(0.7692346550528415455), CLRAD_R(0.9530899229693319964)};
@@ -79,24 +81,28 @@ REAL careful_of(const clrad_vector* p, int n, clrad_vector normal) {
   return 2 * sum;
 }
 
-/* Cuts a piece along the plane h . v = 0 into what is in front (h . v >= 0) and what is behind; an empty part has 0
- * corners. A corner that is on the plane but for rounding belongs to both. Arrays hold MOST_CORNERS + 1. */
-void cut_piece(const clrad_vector* p, int n, clrad_vector h, clrad_vector* front, int* fronts, clrad_vector* back,
-               int* backs) {
-  REAL d[MOST_CORNERS + 1];
-  int above = 0, below = 0, a = 0, b = 0;
+/* Heights d of a piece's corners over the plane h . v = 0; a corner that is on the plane but for rounding is at 0. Returns
+ * bits: 1 something is over it, 2 something is below. */
+int heights_of(const clrad_vector* p, int n, clrad_vector h, REAL* d) {
   const REAL doubt = 16 * CLRAD_EPSILON * clrad_largest(h);
+  int where = 0;
   for (int i = 0; i < n; i++) {
-    d[i] = clrad_dot(h, p[i]);
-    const REAL allowed = doubt * clrad_largest(p[i]);
-    if (d[i] <= allowed && d[i] >= -allowed) d[i] = 0;
-    above |= d[i] > 0;
-    below |= d[i] < 0;
+    const REAL height = clrad_dot(h, p[i]), allowed = doubt * clrad_largest(p[i]);
+    d[i] = height <= allowed && height >= -allowed ? 0 : height;
+    where |= (d[i] > 0) | (d[i] < 0) << 1;
   }
+  return where;
+}
+
+/* Cuts a piece with corners on both sides of the plane, their heights being d, into what is in front and what is behind; a
+ * part without area has 0 corners. Corners on the plane belong to both. Arrays hold MOST_CORNERS + 1. */
+void cut_piece(const clrad_vector* p, int n, const REAL* d, clrad_vector* front, int* fronts, clrad_vector* back,
+               int* backs) {
+  int a = 0, b = 0;
   for (int i = 0; i < n; i++) {
     const int next = i + 1 < n ? i + 1 : 0;
-    if (above && d[i] >= 0) front[a++] = p[i];
-    if (below && d[i] <= 0) back[b++] = p[i];
+    if (d[i] >= 0) front[a++] = p[i];
+    if (d[i] <= 0) back[b++] = p[i];
     if ((d[i] > 0 && d[next] < 0) || (d[i] < 0 && d[next] > 0)) {
       const clrad_vector x = clrad_plus(p[i], clrad_scaled(clrad_minus(p[next], p[i]), d[i] / (d[i] - d[next])));
       front[a++] = x;
@@ -107,10 +113,34 @@ void cut_piece(const clrad_vector* p, int n, clrad_vector h, clrad_vector* front
   *backs = b >= 3 ? b : 0;
 }
 
-/* Whether some side of what the occluder shows has all of the piece beyond it, or some side of the pyramid over the piece all
- * of the occluder: then it hides nothing. Cheap, and true for most pairs. */
-int plainly_apart(const clrad_vector* p, int n, const clrad_vector* side, int sides, __global const REAL* corner,
-                  uint corners, clrad_vector x) {
+/* The planes through x, being the origin, and the sides of a piece, normals to the inside; allowed[i]: what rounding leaves
+ * of h[i] . c, a part of the largest component of c. */
+void pyramid_over(const clrad_vector* p, int n, clrad_vector* h, REAL* allowed) {
+  for (int i = 0; i < n; i++) {
+    const clrad_vector ahead = p[i + 1 < n ? i + 1 : 0];
+    h[i] = clrad_cross(ahead, p[i]);
+    /* Corners may coincide: not the size of h. */
+    allowed[i] = 16 * CLRAD_EPSILON * clrad_largest(ahead) * clrad_largest(p[i]);
+  }
+}
+
+/* Whether some side of the pyramid over the piece has all of the occluder beyond it: then it hides nothing. Cheap, and true
+ * for most pairs. */
+int beyond_pyramid(const clrad_vector* h, const REAL* allowed, int n, __global const REAL* corner, uint corners,
+                   clrad_vector x) {
+  for (int i = 0; i < n; i++) {
+    int inside = 0;
+    for (uint e = 0; e < corners && !inside; e++) {
+      const clrad_vector c = clrad_minus(load_vector(corner + 3 * e), x);
+      inside = clrad_dot(h[i], c) >= -allowed[i] * clrad_largest(c);
+    }
+    if (!inside) return 1;
+  }
+  return 0;
+}
+
+/* Whether some side of what the occluder shows has all of the piece beyond it: then it hides nothing. */
+int beyond_side(const clrad_vector* p, int n, const clrad_vector* side, int sides) {
   REAL largest = 0;
   for (int i = 0; i < n; i++) {
     const REAL l = clrad_largest(p[i]);
@@ -122,16 +152,6 @@ int plainly_apart(const clrad_vector* p, int n, const clrad_vector* side, int si
     for (int i = 0; i < n && !inside; i++) inside = clrad_dot(side[e], p[i]) > allowed;
     if (!inside) return 1;
   }
-  for (int i = 0; i < n; i++) {
-    const clrad_vector ahead = p[i + 1 < n ? i + 1 : 0], h = clrad_cross(ahead, p[i]);
-    const REAL size = clrad_largest(ahead) * clrad_largest(p[i]); /* corners may coincide: not the size of h */
-    int inside = 0;
-    for (uint e = 0; e < corners && !inside; e++) {
-      const clrad_vector c = clrad_minus(load_vector(corner + 3 * e), x);
-      inside = clrad_dot(h, c) >= -16 * CLRAD_EPSILON * size * clrad_largest(c);
-    }
-    if (!inside) return 1;
-  }
   return 0;
 }
 
@@ -139,8 +159,11 @@ int plainly_apart(const clrad_vector* p, int n, const clrad_vector* side, int si
 void visible_factor(clrad_vector x, clrad_vector normal, __global const uint* pair, __global const uint* list, uint last,
                     __global const uint* occluder, __global const uint* side, __global const REAL* plane,
                     __global const REAL* vertex, __global REAL* stack, uint capacity, REAL* seen, REAL* unsure,
-                    REAL* rounding) {
+                    REAL* rounding, REAL* free) {
   clrad_vector h[MOST_SIDES], p[MOST_CORNERS + 1], q[MOST_CORNERS + 1], r[MOST_CORNERS + 1], aside[MOST_CORNERS + 1];
+  clrad_vector pyramid[MOST_CORNERS];
+  REAL allowed[MOST_CORNERS], d[MOST_CORNERS + 1];
+  ushort near[MOST_NEAR]; /* places in `list` of those that may hide something of the shooter from x */
   int n = (int)pair[1];
   for (int i = 0; i < n; i++) p[i] = clrad_minus(load_vector(vertex + 3 * (pair[0] + i)), x);
   REAL size = 0, whole = contour_of(p, n, normal, &size);
@@ -155,23 +178,36 @@ void visible_factor(clrad_vector x, clrad_vector normal, __global const uint* pa
     sum = careful ? careful_of(p, n, normal) : whole;
     terms = careful ? sum : size;
   } else {
+    pyramid_over(p, n, pyramid, allowed);
+    uint nears = 0, unread = 0; /* of the list; when `near` is full the rest is read for each piece */
+    for (; unread < last && unread < 65536u && nears < MOST_NEAR; unread++) {
+      __global const uint* mine = occluder + OCCLUDER_WORDS * list[unread];
+      if (!beyond_pyramid(pyramid, allowed, n, vertex + 3 * mine[0], mine[1], x)) near[nears++] = (ushort)unread;
+    }
+    const uint ends = nears + (last - unread);
     uint depth = 0, next = 0;
-    for (;;) {
-      while (n > 0 && next < last) {
-        const uint o = list[next++];
+    for (int whole_piece = 1;; whole_piece = 0) {
+      if (!whole_piece) pyramid_over(p, n, pyramid, allowed);
+      while (n > 0 && next < ends) {
+        const uint o = list[next < nears ? near[next] : unread + (next - nears)];
+        __global const uint* mine = occluder + OCCLUDER_WORDS * o;
+        const int tested = whole_piece && next < nears; /* by the filter above */
+        next++;
+        if (!tested && beyond_pyramid(pyramid, allowed, n, vertex + 3 * mine[0], mine[1], x)) continue;
         REAL products[MOST_SIDES];
         const int sides = shown_sides(occluder, side, plane, vertex, o, x, h, products);
-        if (sides < 0 || plainly_apart(p, n, h, sides, vertex + 3 * occluder[OCCLUDER_WORDS * o],
-                                       occluder[OCCLUDER_WORDS * o + 1], x))
-          continue;
+        if (sides < 0 || beyond_side(p, n, h, sides)) continue;
         /* Each side cuts off what is beyond it, to wait on the stack; if nothing is left, nothing was hidden. */
         const uint depth_before = depth;
         const REAL lost_before = lost;
         int m = n, beyond = 0;
         for (int i = 0; i < n; i++) q[i] = p[i];
         for (int e = 0; e < sides && m > 0; e++) {
+          const int where = heights_of(q, m, h[e], d);
+          if (!(where & 1)) m = 0;
+          if (where != 3) continue;
           int k = 0;
-          cut_piece(q, m, h[e], r, &k, aside, &beyond);
+          cut_piece(q, m, d, r, &k, aside, &beyond);
           if (beyond > 0) {
             if (beyond > MOST_CORNERS || depth == capacity) {
               REAL ignored = 0;
@@ -222,6 +258,7 @@ void visible_factor(clrad_vector x, clrad_vector normal, __global const uint* pa
   *seen = sum > 0 ? sum * share : 0;
   *unsure = lost > 0 ? lost * share : 0;
   *rounding = 8 * CLRAD_EPSILON * terms * share;
+  *free = whole > 0 ? whole * share : 0;
 }
 
 /* One work-item a Gauss point; points of cells [first_cell, ...), CELL_POINTS each. */
@@ -243,13 +280,14 @@ __kernel void cell_points(__global const uint* cells, uint first_cell, uint coun
   const clrad_vector along_v = mixed(clrad_minus(c3, c0), clrad_minus(c2, c1), u);
   const clrad_vector area = clrad_cross(along_u, along_v);
   const REAL jacobian = sqrt(clrad_dot(area, area)) * (width_u * width_v);
-  REAL seen, unsure, rounding;
+  REAL seen, unsure, rounding, free;
   visible_factor(x, load_vector(normals + 3 * cell[0]), pairs + PAIR_WORDS * cell[0], list + cell[6], cell[7],
                  occluder, side, plane, vertex, stack + (ulong)i * capacity * PIECE_REALS, capacity, &seen, &unsure,
-                 &rounding);
+                 &rounding, &free);
   out[POINT_REALS * i] = seen * jacobian;
   out[POINT_REALS * i + 1] = unsure * jacobian;
   out[POINT_REALS * i + 2] = rounding * jacobian;
+  out[POINT_REALS * i + 3] = free * jacobian;
 }
 
 /* What the two highest null rules leave, and how fast they fall, say how wrong Gauss' rule is. The rule is exact to degree
@@ -268,7 +306,7 @@ __kernel void cell_sums(__global const REAL* points, uint first_cell, uint count
   const uint i = get_global_id(0);
   if (i >= count) return;
   __global const REAL* g = points + (ulong)i * CELL_POINTS * POINT_REALS;
-  REAL value = 0, unsure = 0, rounding = 0, error[2], varies[2];
+  REAL value = 0, unsure = 0, rounding = 0, free = 0, error[2], varies[2];
   for (uint v = 0; v < NODES; v++)
     for (uint u = 0; u < NODES; u++) {
       const uint at = POINT_REALS * (NODES * v + u);
@@ -276,6 +314,7 @@ __kernel void cell_sums(__global const REAL* points, uint first_cell, uint count
       value += w * g[at];
       unsure += w * g[at + 1];
       rounding += w * g[at + 2];
+      free += w * g[at + 3];
     }
   for (uint side = 0; side < 2; side++) {
     REAL high = 0, low = 0;
@@ -299,4 +338,5 @@ __kernel void cell_sums(__global const REAL* points, uint first_cell, uint count
   result[3] = error[1];
   result[4] = varies[0];
   result[5] = varies[1];
+  result[6] = free;
 }
