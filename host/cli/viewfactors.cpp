@@ -34,7 +34,8 @@ constexpr const char* help =
     "scene every row "
     "sums to 1, and how far each is off is printed and in the JSON.\n"
     "Double precision is the default here, where the device has it: single precision cannot do better than "
-    "about 1e-4.";
+    "about 1e-4.\n"
+    "Ctrl-C writes what is done so far: rows that still lack some pair are marked in the JSON.";
 
 // What single precision's rounding leaves of a factor near an edge or at a distance.
 constexpr double float_floor = 1e-4;
@@ -85,7 +86,10 @@ void print_summary(const ViewFactors& f, const Device& device) {
   if (f.rows() > most) fmt::print("   ...  {} more rows in the JSON\n", f.rows() - most);
   fmt::print("{} rows, {} entries; {} pairs of polygons face each other, {} of them partly hidden\n",
              f.rows(), f.column.size(), f.pairs, f.hidden_pairs);
-  if (f.closed)
+  if (f.stopped)
+    fmt::print("not all of it: {} rows are complete\n",
+               std::count(f.complete.begin(), f.complete.end(), true));
+  else if (f.closed)
     fmt::print("closed scene: row sums are within {:.1e} of 1\n", f.worst_row_defect);
   else if (f.rows() > 0)
     fmt::print("open scene (or faces that do not share their corners): row sums between {:.6f} and {:.6f}\n",
@@ -137,10 +141,6 @@ int run_viewfactors(ViewFactorArguments& a) {
   };
   const ViewFactors factors = view_factors(*device, scene, a.options);
   line.clear();
-  if (factors.stopped) {
-    fmt::print(stderr, "stopped after {:.1f} s; nothing was written\n", factors.seconds);
-    return stopped;
-  }
   write_view_factors(a.output, factors);
   write_file(json, view_factor_report_json(factors, scene, *device, a.options,
                                            std::filesystem::path(a.output).filename().string()));
@@ -151,6 +151,14 @@ int run_viewfactors(ViewFactorArguments& a) {
   if (!a.quiet) {
     print_summary(factors, *device);
     fmt::print("wrote {}\nwrote {}\n", a.output, json);
+  }
+  if (factors.stopped) {
+    fmt::print(stderr,
+               "stopped after {:.1f} s: {} of {} pairs are done; rows that lack some are marked in {} "
+               "(\"complete\": "
+               "false)\n",
+               factors.seconds, factors.pairs_done, factors.pairs_asked, json);
+    return stopped;
   }
   return done;
 }

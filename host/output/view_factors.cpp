@@ -182,7 +182,8 @@ std::string view_factor_report_json(const ViewFactors& f, const Scene& scene, co
     Json row = {{"name", f.name[i]},       {"where", f.where[i].text()},
                 {"area_m2", f.area_m2[i]}, {"emissivity", f.emissivity[i]},
                 {"row_sum", f.row_sum[i]}, {"row_error", f.row_error[i]}};
-    row["row_defect"] = f.closed ? Json(f.row_sum[i] - 1) : Json(nullptr);
+    row["row_defect"] = f.closed && f.complete[i] ? Json(f.row_sum[i] - 1) : Json(nullptr);
+    row["complete"] = bool(f.complete[i]);
     rows.push_back(row);
   }
   Json json;
@@ -195,6 +196,9 @@ std::string view_factor_report_json(const ViewFactors& f, const Scene& scene, co
                     {"precision", device.options().precision == Precision::float64 ? "double" : "float"}};
   json["options"] = {{"target_error", options.target_error},
                      {"rows", options.rows == ViewFactorRows::faces ? "face" : "object"}};
+  json["stopped"] = f.stopped;
+  json["pairs_done"] = f.pairs_done;
+  json["pairs_asked"] = f.pairs_asked;
   json["closed"] = f.closed;
   json["worst_row_defect"] = f.closed ? Json(f.worst_row_defect) : Json(nullptr);
   json["worst_row_error"] =

@@ -79,22 +79,21 @@ class Integration {
     on_device_.quads = RealArray(device, tables_.quads, "receivers of pairs");
   }
 
-  bool run(const std::function<bool()>& go_on) {
+  void run(const std::function<bool()>& go_on) {
     while (!fresh_.empty()) {
-      if (go_on && !go_on()) return false;
+      if (go_on && !go_on()) return;
       evaluate(fresh_);
       for (const Cell& c : fresh_) states_[tables_.task_of[c.part]].cells.push_back(c);
       fresh_.clear();
       for (std::size_t t = 0; t < states_.size(); ++t) refine(states_[t], tasks_[t]);
       counts_.rounds++;
     }
-    return true;
   }
 
   std::vector<PairIntegral> results() const {
     std::vector<PairIntegral> all;
     for (const PairState& s : states_)
-      all.push_back({s.value, s.error, s.unsure, std::uint32_t(s.cells.size())});
+      all.push_back({s.value, s.error, s.unsure, std::uint32_t(s.cells.size()), s.done});
     return all;
   }
 
@@ -355,9 +354,9 @@ std::vector<PairIntegral> integrate(Device& device, const std::vector<PairTask>&
                                     const IntegrationLimits& limits, IntegrationCounts& counts,
                                     const std::function<bool()>& go_on) {
   if (std::all_of(tasks.begin(), tasks.end(), [](const PairTask& t) { return t.parts.empty(); }))
-    return std::vector<PairIntegral>(tasks.size());
+    return std::vector<PairIntegral>(tasks.size(), PairIntegral{0, 0, 0, 0, true});
   Integration integration(device, tasks, limits, counts);
-  if (!integration.run(go_on)) return {};
+  integration.run(go_on);
   return integration.results();
 }
 

@@ -22,6 +22,7 @@ struct PairIntegral {
   double error = 0;   ///< estimate; holds `unsure`
   double unsure = 0;  ///< of that, what the kernel had no room to resolve: halve the shooter
   std::uint32_t cells = 0;
+  bool done = false;  ///< nothing was left to split that had to be; false only when stopped
 };
 
 struct IntegrationLimits {
@@ -36,7 +37,8 @@ struct IntegrationCounts {
 };
 
 /// Cells are split, all pairs' in the same rounds, until each pair's error is at most max(relative x value, least) or
-/// nothing more can be split. `go_on` is asked before each round; when it says no the result is empty.
+/// nothing more can be split. `go_on` is asked before each round; when it says no the result is what there is, with its
+/// error; of pairs that have not been looked at, 0.
 std::vector<PairIntegral> integrate(Device& device, const std::vector<PairTask>& tasks,
                                     const IntegrationLimits& limits, IntegrationCounts& counts,
                                     const std::function<bool()>& go_on = {});

@@ -71,14 +71,15 @@ class ViewFactorRun {
     // Pairs of which the smaller polygon receives: over it the factor varies less.
     const auto n = std::uint32_t(scene_.polygons.size());
     total_ = std::uint64_t(n) * (n ? n - 1 : 0) / 2;
-    for (std::uint32_t i = 0; i < n && !stopped_; ++i) {
-      stopped_ = !go_on();
-      for (std::uint32_t j = i + 1; j < n && !stopped_; ++j) {
+    finished_.assign(n, true);
+    std::uint32_t i = 0;
+    for (; i < n && go_on(); ++i)
+      for (std::uint32_t j = i + 1; j < n; ++j) {
         const bool swap = surfaces_.surface[j].area < surfaces_.surface[i].area;
         add(swap ? j : i, swap ? i : j);
         ++done_;
       }
-    }
+    for (; i < n; ++i) finished_[i] = false;
     flush();
     ViewFactors result;
     if (!stopped_) measure_reciprocity(result);
@@ -110,17 +111,19 @@ class ViewFactorRun {
       flush();
   }
 
+  // Asked until the answer is no.
   bool go_on() {
-    if (!options_.progress) return true;
+    if (stopped_ || !options_.progress) return !stopped_;
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-    return options_.progress({done_ - tasks_.size(), total_, seconds});
+    stopped_ = !options_.progress({done_ - tasks_.size(), total_, seconds});
+    return !stopped_;
   }
 
-  // Integrates, and halves the shooters of pairs whose pieces had no room. Empty when stopped.
+  // Integrates, and halves the shooters of pairs whose pieces had no room.
   std::vector<PairIntegral> integrals(std::vector<PairTask>& tasks) {
     const auto ask = [this] { return go_on(); };
     std::vector<PairIntegral> results = integrate(device_, tasks, limits_, counts_, ask);
-    for (int halving = 0; halving < most_halvings && !results.empty(); ++halving) {
+    for (int halving = 0; halving < most_halvings && !stopped_; ++halving) {
       std::vector<PairTask> again;
       std::vector<std::size_t> of;
       for (std::size_t t = 0; t < tasks.size(); ++t) {
@@ -134,8 +137,9 @@ class ViewFactorRun {
       }
       if (again.empty()) break;
       const std::vector<PairIntegral> better = integrate(device_, again, limits_, counts_, ask);
-      if (better.empty()) return {};
       for (std::size_t k = 0; k < of.size(); ++k) {
+        results[of[k]].done &= better[k].done;
+        if (stopped_) continue;
         results[of[k]] = better[k];
         tasks[of[k]] = std::move(again[k]);
       }
@@ -144,12 +148,17 @@ class ViewFactorRun {
   }
 
   void flush() {
-    if (tasks_.empty() || stopped_) return;
-    const std::vector<PairIntegral> results = integrals(tasks_);
-    stopped_ = results.empty();
+    if (tasks_.empty()) return;
     const std::size_t first = entries_.size() - tasks_.size();
-    for (std::size_t k = 0; k < results.size(); ++k) entries_[first + k].integral = results[k];
-    if (stopped_) entries_.resize(first);
+    std::vector<PairIntegral> results(tasks_.size());  // not done
+    if (!stopped_) results = integrals(tasks_);
+    for (std::size_t k = 0; k < results.size(); ++k) {
+      Entry& e = entries_[first + k];
+      e.integral = results[k];
+      if (!e.integral.done) finished_[e.receiver] = finished_[e.shooter] = false;
+    }
+    done_ -= std::uint64_t(
+        std::count_if(results.begin(), results.end(), [](const PairIntegral& r) { return !r.done; }));
     tasks_.clear();
     bytes_ = 0;
   }
@@ -166,6 +175,7 @@ class ViewFactorRun {
       reversed.push_back(task(entries_[of[k]].shooter, entries_[of[k]].receiver));
     }
     const std::vector<PairIntegral> results = integrals(reversed);
+    if (stopped_) return;
     for (std::size_t k = 0; k < results.size(); ++k) {
       const PairIntegral &a = entries_[of[k]].integral, &b = results[k];
       // Small factors of hidden pairs were held to an absolute error.
@@ -176,7 +186,6 @@ class ViewFactorRun {
         result.reciprocity.estimated = (a.error + b.error) / size;
       }
     }
-    stopped_ = count > 0 && results.empty();
   }
 
   void assemble(ViewFactors& result) {
@@ -186,6 +195,7 @@ class ViewFactorRun {
     result.where.resize(n);
     result.area_m2.assign(n, 0);
     result.emissivity.assign(n, 0);
+    result.complete.assign(n, true);
     for (std::size_t p = row.size(); p-- > 0;) {
       const Polygon& polygon = scene_.polygons[p];
       const Material& material = scene_.materials[polygon.material];
@@ -193,6 +203,7 @@ class ViewFactorRun {
       result.where[row[p]] = polygon.where;
       const double area = polygon.area_m2();
       result.area_m2[row[p]] += area;
+      if (!finished_[p]) result.complete[row[p]] = false;
       double reflected = 0;
       for (const double rho : material.reflectance) reflected += rho / double(material.reflectance.size());
       result.emissivity[row[p]] += area * (1 - reflected);
@@ -248,9 +259,11 @@ class ViewFactorRun {
         result.over_target += relative > options_.target_error * (1 + 1e-9);
       }
     result.closed = is_watertight(scene_);
-    if (result.closed)
-      for (const double sum : result.row_sum)
-        result.worst_row_defect = std::max(result.worst_row_defect, std::abs(sum - 1));
+    for (std::uint32_t i = 0; result.closed && i < result.rows(); ++i)
+      if (result.complete[i])
+        result.worst_row_defect = std::max(result.worst_row_defect, std::abs(result.row_sum[i] - 1));
+    result.pairs_done = done_;
+    result.pairs_asked = total_;
     result.pairs = pairs_;
     result.hidden_pairs = hidden_;
     result.points = counts_.points;
@@ -269,6 +282,7 @@ class ViewFactorRun {
   std::vector<Entry> entries_;
   std::vector<PairTask> tasks_;  // of the last entries
   std::uint64_t bytes_ = 0, done_ = 0, total_ = 0, pairs_ = 0, hidden_ = 0;
+  std::vector<bool> finished_;  // of each polygon: all its pairs are done
   bool stopped_ = false;
 };
 

@@ -31,7 +31,7 @@ struct ViewFactorOptions {
   /// Pieces of a polygon, as seen from a point past its occluders, that may wait; where more do, the polygon is
   /// halved. Memory grows with it, results do not depend on it but for rounding.
   std::uint32_t stack_pieces = 64;
-  /// Called now and then; false ends the work: the result is marked `stopped`.
+  /// Called now and then; false ends the work: the result has what was done so far and is marked `stopped`.
   std::function<bool(const ViewFactorProgress&)> progress{};
 };
 
@@ -62,7 +62,10 @@ struct ViewFactors {
   std::uint64_t pairs = 0, hidden_pairs = 0;  ///< that face each other; of these, with something in between
   std::uint64_t points = 0;                   ///< point factors evaluated
   double seconds = 0;
-  bool stopped = false;  ///< ended by the caller: rows are incomplete
+  bool stopped =
+      false;  ///< ended by the caller: pairs that were not begun are missing, others have the error reached
+  std::vector<bool> complete;  ///< per row: all its pairs are done; all true unless stopped
+  std::uint64_t pairs_done = 0, pairs_asked = 0;  ///< of all pairs of polygons
 
   std::uint32_t rows() const { return std::uint32_t(area_m2.size()); }
   /// F_ij, 0 where nothing is stored.

@@ -258,10 +258,50 @@ TEST(ViewFactors, SinglePrecision) {
     for (std::uint32_t j = 0; j < 6; ++j) EXPECT_NEAR(f.at(i, j), double(c.at("F")[i][j]), 1e-3 * f.at(i, j));
 }
 
-TEST(ViewFactors, StopsWhenTold) {
+TEST(ViewFactors, StoppedBeforeItBeginsHasNoEntries) {
   const auto f = view_factors(double_device(), load_scene(CLRAD_SCENES "/block_room.obj"),
                               {.progress = [](const ViewFactorProgress&) { return false; }});
   EXPECT_TRUE(f.stopped);
+  EXPECT_EQ(f.column.size(), 0u);
+  EXPECT_EQ(f.pairs_done, 0u);
+  EXPECT_EQ(f.rows(), 15u);
+  EXPECT_EQ(std::count(f.complete.begin(), f.complete.end(), true), 0);
+}
+
+// Wherever it stops: what is complete is what the whole run gives, and what has begun says how wrong it still is.
+TEST(ViewFactors, StoppedKeepsWhatIsDone) {
+  const Scene scene = load_scene(CLRAD_SCENES "/block_room.obj");
+  int asked = 0;
+  const auto whole = view_factors(double_device(), scene, {.progress = [&](const ViewFactorProgress&) {
+                                    ++asked;
+                                    return true;
+                                  }});
+  EXPECT_FALSE(whole.stopped);
+  EXPECT_EQ(whole.pairs_done, whole.pairs_asked);
+  const auto n = whole.rows();
+  ASSERT_GT(asked, int(n) + 4);  // once a row, once a round
+  std::size_t complete = 0, partial = 0;
+  for (const int after : {int(n), int(n) + 1, int(n) + 3, asked - 1}) {
+    int left = after;
+    const auto f = view_factors(double_device(), scene,
+                                {.progress = [&](const ViewFactorProgress&) { return left-- > 0; }});
+    EXPECT_TRUE(f.stopped);
+    EXPECT_EQ(f.reciprocity.pairs, 0u);
+    for (std::uint32_t i = 0; i < n; ++i)
+      for (std::uint32_t j = 0; j < n; ++j) {
+        if (f.complete[i]) {
+          ++complete;
+          EXPECT_EQ(f.at(i, j), whole.at(i, j)) << i << ' ' << j;
+        } else if (f.at(i, j) > 0) {
+          ++partial;
+          // As the README says of the estimate: short by a factor of 3 at most.
+          EXPECT_NEAR(f.at(i, j), whole.at(i, j), 3 * (f.error_at(i, j) + whole.error_at(i, j)))
+              << i << ' ' << j;
+        }
+      }
+  }
+  EXPECT_GT(complete, 0u);
+  EXPECT_GT(partial, 0u);
 }
 
 TEST(ViewFactors, BadTargetsAreRefused) {
