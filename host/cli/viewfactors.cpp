@@ -97,7 +97,8 @@ void print_summary(const ViewFactors& f, const Device& device) {
                *std::max_element(f.row_sum.begin(), f.row_sum.end()));
   fmt::print("worst error estimate {:.1e} of an entry", f.worst_relative_error);
   if (f.reciprocity.pairs > 0)
-    fmt::print(", reciprocity within {:.1e} ({} pairs)", f.reciprocity.worst, f.reciprocity.pairs);
+    fmt::print(", reciprocity within {:.1e} ({} pairs, {} beyond their estimates)", f.reciprocity.worst,
+               f.reciprocity.pairs, f.reciprocity.beyond);
   fmt::print("\n{} point factors in {:.2f} s on {}\n", f.points, f.seconds, device.info().name);
 }
 

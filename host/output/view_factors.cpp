@@ -207,7 +207,9 @@ std::string view_factor_report_json(const ViewFactors& f, const Scene& scene, co
   json["entries_over_target"] = f.over_target;
   json["reciprocity"] = {{"pairs", f.reciprocity.pairs},
                          {"worst_relative_defect", f.reciprocity.worst},
-                         {"its_error_estimate", f.reciprocity.estimated}};
+                         {"its_error_estimate", f.reciprocity.estimated},
+                         {"pairs_beyond_estimate", f.reciprocity.beyond},
+                         {"pairs_beyond_3_estimates", f.reciprocity.far_beyond}};
   json["pairs"] = f.pairs;
   json["hidden_pairs"] = f.hidden_pairs;
   json["points"] = f.points;

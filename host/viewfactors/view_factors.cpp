@@ -180,10 +180,12 @@ class ViewFactorRun {
       const PairIntegral &a = entries_[of[k]].integral, &b = results[k];
       // Small factors of hidden pairs were held to an absolute error.
       const double size = std::max(a.value, reversed[k].least / options_.target_error);
-      const double defect = std::abs(a.value - b.value) / size;
+      const double defect = std::abs(a.value - b.value) / size, estimated = (a.error + b.error) / size;
+      result.reciprocity.beyond += defect > estimated;
+      result.reciprocity.far_beyond += defect > 3 * estimated;
       if (result.reciprocity.pairs++ == 0 || defect > result.reciprocity.worst) {
         result.reciprocity.worst = defect;
-        result.reciprocity.estimated = (a.error + b.error) / size;
+        result.reciprocity.estimated = estimated;
       }
     }
   }

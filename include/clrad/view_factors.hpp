@@ -58,6 +58,8 @@ struct ViewFactors {
   struct {
     std::uint64_t pairs = 0;
     double worst = 0, estimated = 0;  ///< `estimated`: sum of the two error estimates of that pair, relative
+    /// Pairs whose defect is above the sum of their error estimates, and above three times that.
+    std::uint64_t beyond = 0, far_beyond = 0;
   } reciprocity;
   std::uint64_t pairs = 0, hidden_pairs = 0;  ///< that face each other; of these, with something in between
   std::uint64_t points = 0;                   ///< point factors evaluated

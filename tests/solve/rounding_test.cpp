@@ -100,16 +100,17 @@ TEST_F(Rounding, BoundHoldsInBoxesAndOccludedScenes) {
 TEST_F(Rounding, BoundHoldsFarAwayTinyHugeAndAskew) {
   compare("block room at 1e6 m",
           mapped(oracle::block_room(), [](glm::dvec3 p) { return p + glm::dvec3(1e6, -1e6, 1e6); }));
-  compare("block room x 1e-6", mapped(oracle::block_room(), [](glm::dvec3 p) { return 1e-6 * p; }));
+  compare("block room x 2^-20", mapped(oracle::block_room(), [](glm::dvec3 p) { return 0x1p-20 * p; }));
   compare("block room x 1e6", mapped(oracle::block_room(), [](glm::dvec3 p) { return 1e6 * p; }));
   const double c = std::cos(0.4), s = std::sin(0.4);
   // The block's foot moves off the lattice of the floor: a vertex in the plane of a face that stands on its polygon sees all
-  // of it or nothing, and in a turned scene only rounding says which.
-  Scene turned = oracle::block_room();
-  for (Polygon& p : turned.polygons)
+  // of it or nothing, and where coordinates are rounded (turned, times 1e-6) only that rounding says which.
+  Scene moved = oracle::block_room();
+  for (Polygon& p : moved.polygons)
     if (p.name.starts_with("block"))
       for (std::uint32_t k = 0; k < p.corners; ++k) p.corner[k] += glm::dvec3(0.0123, 0.0217, 0);
-  compare("block room turned", mapped(turned, [&](glm::dvec3 p) {
+  compare("block room x 1e-6", mapped(moved, [](glm::dvec3 p) { return 1e-6 * p; }));
+  compare("block room turned", mapped(moved, [&](glm::dvec3 p) {
             return glm::dvec3(c * p.x - s * p.y, c * (s * p.x + c * p.y) - s * p.z,
                               s * (s * p.x + c * p.y) + c * p.z);
           }));
