@@ -162,7 +162,8 @@ bool close_rows(Run& run, double unshot_relative) {
   return true;
 }
 
-void solve_kept(SolveState& state) {
+bool solve_kept(Run& run, double unshot_relative) {
+  SolveState& state = run.state;
   const auto stage = state.device.stage("solve the linear system of kept columns");
   set_up_rows(state);
   double area = 0;
@@ -171,11 +172,18 @@ void solve_kept(SolveState& state) {
   const double size = state.emitted_power / area, goal = beyond * state.options.converge * size / state.bands;
   const bool doubles = state.device.options().precision == Precision::float64;
   RealArray correction(state.device, std::uint64_t(state.bands) * state.patches, "a correction");
-  solve_by_gmres(state, state.unshot, correction, size, goal, doubles ? 1e-12 : 1e-5, most_steps);
+  bool goes_on = true;
+  solve_by_gmres(state, state.unshot, correction, size, goal, doubles ? 1e-12 : 1e-5, most_steps,
+                 [&](double left) { return goes_on = run.goes_on(unshot_relative * left); });
+  if (!goes_on) {
+    run.solution.unshot_relative = unshot_relative;
+    return false;
+  }
   state.device.run(balance_kernels, "correct", correction.size(), correction, state.total_shot,
                    state.total_shot_lo, state.pending, std::uint32_t(correction.size()));
   state.reshoots += state.patch_of_slot.size();
   restate(state);
+  return true;
 }
 
 void restate(SolveState& state) {

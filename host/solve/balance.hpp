@@ -30,8 +30,9 @@ bool can_close_rows(const SolveState& state);
 /// False when the run was stopped.
 bool close_rows(Run& run, double unshot_relative);
 
-/// One cycle of GMRES on what is unshot, shot as a correction of all patches at once; then what is unshot anew.
-void solve_kept(SolveState& state);
+/// One cycle of GMRES on what is unshot, shot as a correction of all patches at once; then what is unshot anew. False when the
+/// run was stopped: nothing has changed then, so that one that is resumed goes the same way.
+bool solve_kept(Run& run, double unshot_relative);
 
 /// At the end: vertex irradiance of closed rows (kernels/solve/balance.cl, close_vertices).
 void close_vertices(SolveState& state);

@@ -126,7 +126,8 @@ class Gmres {
 }  // namespace
 
 double solve_by_gmres(SolveState& state, const RealArray& rhs, RealArray& solution, double scale,
-                      double least, double relative, std::uint32_t steps) {
+                      double least, double relative, std::uint32_t steps,
+                      const std::function<bool(double)>& goes_on) {
   Gmres gmres(state, steps);
   const std::uint32_t bands = state.bands;
   std::vector<Band> band(bands);
@@ -143,8 +144,19 @@ double solve_by_gmres(SolveState& state, const RealArray& rhs, RealArray& soluti
       b.done |= !(b.residual > std::max(least / scale, relative * b.norm)) || !std::isfinite(b.residual);
     return std::all_of(band.begin(), band.end(), [](const Band& b) { return b.done; });
   };
+  // The largest residual of a band as a share of its right-hand side; NaN where something is not finite.
+  const auto share_left = [&] {
+    double worst = 0;
+    for (const Band& b : band) {
+      const double left = b.norm > 0 ? b.residual / b.norm : b.norm;
+      worst = left > worst || std::isnan(left) ? left : worst;
+      if (std::isnan(worst)) break;
+    }
+    return worst;
+  };
   std::uint32_t step = 0;
   while (step < steps && !all_done()) {
+    if (step > 0 && goes_on && !goes_on(share_left())) break;
     gmres.apply(step++);
     // Gram and Schmidt, twice: once leaves too much in float.
     std::vector<double> h(std::size_t(step) * bands, 0);
@@ -165,16 +177,12 @@ double solve_by_gmres(SolveState& state, const RealArray& rhs, RealArray& soluti
     gmres.add_to_basis(factor, step);
   }
   std::vector<double> weights(std::size_t(std::max(step, 1u)) * bands, 0);
-  double worst = 0;
   for (std::uint32_t b = 0; b < bands; ++b) {
     const std::vector<double> y = band[b].weights();
     for (std::size_t k = 0; k < y.size(); ++k) weights[k * bands + b] = y[k] * scale;
-    const double left = band[b].norm > 0 ? band[b].residual / band[b].norm : band[b].norm;
-    worst = left > worst || std::isnan(left) ? left : worst;
-    if (std::isnan(worst)) break;
   }
   gmres.combine(weights, std::max(step, 1u), solution);
-  return worst;
+  return share_left();
 }
 
 }  // namespace clrad

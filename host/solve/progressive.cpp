@@ -49,13 +49,15 @@ constexpr double sweep_pays = 0.7;
 constexpr std::uint32_t most_stalls = 3;
 
 // Once the only light left is that of patches with columns, the linear system of these is solved instead of shooting
-// it again and again, which would take 1 / (1 - rho) sweeps. False when no more can be done.
-bool solve_rest(SolveState& state, double unshot) {
-  if (state.stalls >= most_stalls) return false;
-  solve_kept(state);
+// it again and again, which would take 1 / (1 - rho) sweeps.
+enum class Rest { solved, stalled, stopped };
+Rest solve_rest(Run& run, double unshot) {
+  SolveState& state = run.state;
+  if (state.stalls >= most_stalls) return Rest::stalled;
+  if (!solve_kept(run, unshot)) return Rest::stopped;
   const bool stalled = !(unshot_relative(state) < 0.5 * unshot);
   state.stalls = stalled ? state.stalls + 1 : 0;
-  return true;
+  return Rest::solved;
 }
 
 }  // namespace
@@ -86,7 +88,8 @@ bool shoot_until_converged(Run& run) {
     if (run.refined(converged)) continue;
     if (converged) return true;
     if (shot_all) {
-      if (!solve_rest(state, unshot)) return true;
+      const Rest rest = solve_rest(run, unshot);
+      if (rest != Rest::solved) return rest == Rest::stalled;
     } else if (again && unshot < sweep_pays * state.unshot_before_sweep) {
       state.unshot_before_sweep = unshot;
       reshoot_kept(state);

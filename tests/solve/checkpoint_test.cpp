@@ -77,6 +77,27 @@ TEST_F(CheckpointOf, TheOtherSolvers) {
   for (const int calls : {30, 75}) stop_and_go_on(o, calls);
 }
 
+// Inside a cycle of the linear solver: it tells how far it is, and when stopped it leaves things as they were before the cycle.
+TEST_F(CheckpointOf, TheLinearSystem) {
+  for (Material& m : scene_.materials) m.reflectance.assign(m.reflectance.size(), 0.99);
+  SolveOptions o = options();
+  o.closure = Closure::on;
+  std::vector<Progress> told;
+  SolveOptions watched = o;
+  watched.progress = [&](const Progress& p) {
+    told.push_back(p);
+    return true;
+  };
+  solve(device_, scene_, watched);
+  std::vector<int> inside;  // calls made between two steps
+  for (std::size_t k = 1; k < told.size(); ++k)
+    if (told[k].shoots == told[k - 1].shoots && told[k].unshot_relative < told[k - 1].unshot_relative)
+      inside.push_back(int(k));
+  ASSERT_GE(inside.size(), 4u);
+  for (const int calls : {inside[0], inside[1], inside[inside.size() / 2], inside.back()})
+    stop_and_go_on(o, calls);
+}
+
 // Columns past the memory are traced again, in a resumed run the same ones.
 TEST_F(CheckpointOf, ColumnsThatWereNotKept) {
   DeviceOptions small;

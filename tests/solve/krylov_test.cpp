@@ -112,6 +112,33 @@ TEST(Krylov, ScaleDoesNotMatter) {
   EXPECT_EQ(found[2], found[1]);
 }
 
+// After each step the caller hears what is left, which falls; where it says stop, the solution is as good as it was told.
+TEST(Krylov, TellsWhatIsLeftAndStops) {
+  Traced t(Precision::float64, {0.9}, true);
+  const Eigen::Index n = t.state->patches;
+  const Eigen::VectorXd right = Eigen::VectorXd::LinSpaced(n, 1, 3);
+  RealArray rhs(t.device, std::vector<double>(right.begin(), right.end()), "right"),
+      solution(t.device, std::uint64_t(n), "solution");
+  std::vector<double> told;
+  const double left = solve_by_gmres(*t.state, rhs, solution, 1, 0, 1e-9, 40, [&](double share) {
+    told.push_back(share);
+    return told.size() < 3;
+  });
+  ASSERT_EQ(told.size(), 3u);
+  EXPECT_TRUE(told[0] < 1 && told[1] < told[0] && told[2] < told[1]);
+  EXPECT_EQ(left, told[2]);
+  EXPECT_GT(left, 1e-9);
+  // In the solver's norm, in which areas are weights.
+  const auto found = solution.download();
+  const Eigen::VectorXd residual = right - t.matrix(0) * Eigen::Map<const Eigen::VectorXd>(found.data(), n);
+  double of_residual = 0, of_right = 0;
+  for (Eigen::Index p = 0; p < n; ++p) {
+    const double area = t.mesh.patches[std::size_t(p)].area_m2;
+    of_residual += area * residual(p) * residual(p), of_right += area * right(p) * right(p);
+  }
+  EXPECT_NEAR(std::sqrt(of_residual / of_right), left, 1e-9);
+}
+
 // rho -> 1 takes no more steps: the one slow direction, all patches alike, is found at once.
 TEST(Krylov, StepsDoNotGrowWithReflectance) {
   Traced t(Precision::float64, {0.9, 0.999999}, true);
