@@ -83,7 +83,9 @@ Json target_json(const Report& report) {
                      {"light_samples", s.light_samples},
                      {"sensor_rays", s.sensor_rays},
                      {"error_relative", s.error_relative},
-                     {"seconds", s.seconds}});
+                     {"seconds", s.seconds},
+                     {"predicted_error_relative", s.predicted_error_relative},
+                     {"predicted_seconds", s.predicted_seconds}});
   const auto asked = [](double value) { return value > 0 ? Json(value) : Json(nullptr); };
   return {{"error_relative", asked(report.target.error_relative)},
           {"time_budget_s", asked(report.target.time_budget_s)},

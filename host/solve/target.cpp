@@ -309,6 +309,7 @@ Solution solve_to_target(const Scene& scene, const SolveOptions& options, const 
   std::optional<Solution> best;
   std::vector<TargetStep> steps;
   std::optional<TargetErrors> foretold;
+  double foretold_error = NAN, foretold_seconds = NAN;
   Setting foretold_at;
   int in_vain = 0;
   std::string why;  // it ended before the target was met
@@ -342,7 +343,7 @@ Solution solve_to_target(const Scene& scene, const SolveOptions& options, const 
     const bool stopped = solution->stopped, helped = errors.total() < worth_a_step * error;
     if (!stopped || !best)
       steps.push_back({setting.patch_edge_m, setting.element_edge_m(), setting.samples, setting.light_samples,
-                       setting.sensor_rays, errors.total(), seconds});
+                       setting.sensor_rays, errors.total(), seconds, foretold_error, foretold_seconds});
     // What was stopped is short of light, whatever its estimate says of the rest.
     if (!best || (!stopped && errors.total() < error)) error = errors.total(), best = std::move(solution);
     if (stopped) {
@@ -371,6 +372,7 @@ Solution solve_to_target(const Scene& scene, const SolveOptions& options, const 
     const double growth = next->seconds / cost.total();
     finishing = std::min(0.3 * (budget - elapsed()), 0.25 * seconds * growth);
     foretold = planned, foretold_at = setting;
+    foretold_error = next->error, foretold_seconds = next->seconds;
     setting = next->setting;
   }
   Report& report = best->report;

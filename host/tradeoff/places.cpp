@@ -40,13 +40,15 @@ std::vector<Place> stratified_places(const Scene& scene, std::uint32_t count, st
   std::vector<Place> places;
   // Points at equal steps along the polygons' areas, end to end, from a random start: a polygon of k steps gets k on average.
   const double step = all / count;
-  double next = random.unit() * step, begin = 0;
+  const double start = random.unit() * step;
+  double begin = 0;
+  std::uint64_t taken = 0;
   for (std::uint32_t i = 0; i < scene.polygons.size(); ++i) {
     const Polygon& p = scene.polygons[i];
     const double area = p.area_m2();
     const double shift_u = random.unit(), shift_v = random.unit();
     constexpr double g = 1.32471795724474602596;  // g^3 = g + 1
-    for (std::uint32_t k = 1; next < begin + area; next += step, ++k) {
+    for (std::uint32_t k = 1; start + double(taken) * step < begin + area; ++taken, ++k) {
       Place place{i, fraction(shift_u + k / g), fraction(shift_v + k / (g * g)), 0, {}};
       // The other half of the square, turned onto the triangle.
       if (p.corners == 3 && place.u + place.v > 1) place.u = 1 - place.u, place.v = 1 - place.v;

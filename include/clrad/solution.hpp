@@ -41,6 +41,8 @@ struct TargetStep {
   std::uint32_t samples = 0, light_samples = 0, sensor_rays = 0;
   double error_relative = 0;  ///< estimated
   double seconds = 0;
+  /// What the steps before foretold of these two; NaN (null in JSON) of the first steps, which have none before.
+  double predicted_error_relative = NAN, predicted_seconds = NAN;
 };
 
 /// How far a solution is from another; see clrad/accuracy.hpp.
