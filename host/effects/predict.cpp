@@ -186,8 +186,7 @@ Prediction predict(Device& device, const Scene& scene, const SolveOptions& optio
                    unit * cost_of_sensor_ray * double(options.sensors.size()) * options.sensor_rays;
   if (reflects)
     common.seconds +=
-        unit * cost_of_sensor_ray *
-        rays_at_vertices(counts.patches, counts.vertices, options.sensors.size(), options.sensor_rays);
+        unit * cost_of_sensor_ray * rays_at_vertices(counts, 1, options.sensors.size(), options.sensor_rays);
   // Points, four flags or sums and a column a vertex; corners, weights, share and value an element.
   common.device_bytes = counts.vertices * (12 * real + 12 + 5 * real + 2 * real) +
                         counts.elements * (16 + 6 * real) + counts.patches * 12 * real +

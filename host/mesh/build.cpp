@@ -86,6 +86,7 @@ MeshCounts counts_of(const Scene& scene, const Mesh& mesh) {
     of.vertices = polygon.corners == 4 ? (cells_u + 1) * (cells_v + 1) : 0.5 * (cells_u + 1) * (cells_u + 2);
     counts.polygons.push_back(of);
     counts.patches += of.patches, counts.elements += of.elements, counts.vertices += of.vertices;
+    counts.edges += of.vertices + of.elements - 1;  // Euler's formula for a disk
   }
   counts.host_bytes = counts.patches * sizeof(Patch) + counts.elements * sizeof(Element) +
                       counts.vertices * (sizeof(Point) + sizeof(glm::dvec3) + 6 * sizeof(std::uint32_t));

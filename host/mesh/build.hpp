@@ -8,13 +8,17 @@
 
 namespace clrad {
 
+/// Pieces of a whole mesh.
+struct MeshSize {
+  double patches = 0, elements = 0, vertices = 0, edges = 0;  ///< edges of elements
+};
+
 /// How many pieces build_mesh() will make, without making them. Of the polygons in file order, and of all.
-struct MeshCounts {
+struct MeshCounts : MeshSize {
   struct OfPolygon {
     double patches = 0, elements = 0, vertices = 0;
   };
   std::vector<OfPolygon> polygons;
-  double patches = 0, elements = 0, vertices = 0;
   double host_bytes = 0;
 };
 MeshCounts count_mesh(const Scene& scene, const MeshOptions& options);

@@ -295,12 +295,11 @@ void add_light_of(Lights& lights, Device& device, VisibilityEngine& engine, cons
     for (std::uint32_t b = 0; b < bands; ++b) irradiance[s * bands + b] += by_band[b * count + s];
 }
 
-double rays_at_vertices(double patches, double vertices, std::uint64_t sensors, std::uint32_t rays) {
-  constexpr double places_by_vertices = 3;  // edges of quads are twice as many as vertices
-  const double places = places_by_vertices * vertices;
+double rays_at_vertices(const MeshSize& mesh, double uncovered, std::uint64_t sensors, std::uint32_t rays) {
+  const double places = uncovered * (mesh.vertices + mesh.edges);
   if (!(places >= 1 && places < 1e12) || sensors == 0) return 0;
   const std::uint32_t each = vertex_rays(std::uint64_t(places), sensors, rays);
-  return patches <= double(most_patches_per_ray * each) ? places * each : 0;
+  return mesh.patches <= double(most_patches_per_ray * each) ? places * each : 0;
 }
 
 Frame frame_with_sensors(const Scene& scene, std::span<const Sensor> sensors) {

@@ -7,6 +7,7 @@
 #include "clrad/options.hpp"
 #include "clrad/solution.hpp"
 #include "clrad/visibility.hpp"
+#include "mesh/build.hpp"
 #include "solve/lights.hpp"
 #include "solve/surroundings.hpp"
 
@@ -30,8 +31,9 @@ std::vector<SensorResult> gather_at_sensors(Device& device, const Solution& solu
                                             Lights* lights = nullptr, const LampLight* lamps = nullptr,
                                             bool* regathered = nullptr);
 
-/// How many rays that sends from the vertices of a mesh of about that size, for `rays` from each of the sensors; 0: light is not gathered anew there.
-double rays_at_vertices(double patches, double vertices, std::uint64_t sensors, std::uint32_t rays);
+/// How many rays that sends from the vertices of a mesh of that size, of which a share is `uncovered`, for `rays` from each of the sensors;
+/// 0: light is not gathered anew there.
+double rays_at_vertices(const MeshSize& mesh, double uncovered, std::uint64_t sensors, std::uint32_t rays);
 
 /// How to gather at points.
 struct Way {

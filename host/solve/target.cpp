@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "clrad/error.hpp"
+#include "mesh/build.hpp"
 #include "scene/extent.hpp"
 #include "solve/checkpoint.hpp"
 #include "solve/sensor.hpp"
@@ -93,9 +94,33 @@ TargetErrors errors_of(const Solution& s, const SolveOptions& o) {
   return e;
 }
 
-TargetErrors predicted(const TargetErrors& now, const Setting& at, const Setting& next) {
-  const double elements = next.element_edge_m() / at.element_edge_m(),
-               patches = next.patch_edge_m / at.patch_edge_m;
+// A few points say what a mesh is off by, and one of them can be most of it: what the last step foretold counts as much.
+TargetErrors tempered(const TargetErrors& found, const TargetErrors& foretold) {
+  TargetErrors e = found;
+  for (double TargetErrors::*part :
+       {&TargetErrors::receiving, &TargetErrors::shooting, &TargetErrors::visibility, &TargetErrors::seen})
+    e.*part = (found.*part + foretold.*part) / 2;
+  return e;
+}
+
+// What a solve took, of what mesh.
+struct Cost {
+  double shooting_s = 0, sensors_s = 0;
+  MeshSize mesh;
+  double uncovered = 1;  // of the vertices
+  std::uint64_t sensors = 0;
+  double total() const { return shooting_s + sensors_s; }
+};
+
+double rays_at_vertices(const Cost& now, const MeshSize& mesh, const Setting& setting) {
+  return rays_at_vertices(mesh, now.uncovered, now.sensors, setting.sensor_rays);
+}
+
+// Edges of elements and patches go by their numbers: polygons are cut into whole ones.
+TargetErrors predicted(const TargetErrors& now, const Setting& at, const Cost& cost, const Setting& next,
+                       const MeshSize& mesh) {
+  const double elements = std::sqrt(cost.mesh.elements / mesh.elements),
+               patches = std::sqrt(cost.mesh.patches / mesh.patches);
   const double samples = double(next.samples) / at.samples, rays = double(next.sensor_rays) / at.sensor_rays;
   TargetErrors e = now;
   e.receiving *= std::pow(elements, order_of_receiving);
@@ -106,87 +131,84 @@ TargetErrors predicted(const TargetErrors& now, const Setting& at, const Setting
   const double before = std::hypot(now.receiving, now.shooting, now.visibility),
                noise = before > 0 ? std::pow(now.visibility / before, 2) : 0,
                less_noise = now.visibility > 0 ? e.visibility / now.visibility : 1;
-  const double finer =
-      std::pow(elements, order_of_seen_in_elements) * std::pow(patches, order_of_seen_in_patches);
+  // Where light is not gathered anew at vertices, rays end in averages of patches, and finer elements are no help.
+  const bool before_regathers = rays_at_vertices(cost, cost.mesh, at) > 0,
+             regathers = rays_at_vertices(cost, mesh, next) > 0;
+  double finer = std::pow(patches, order_of_seen_in_patches);
+  if (regathers) finer *= std::pow(elements, order_of_seen_in_elements);
+  if (before_regathers != regathers) finer *= regathers ? 1 / without_vertices : without_vertices;
   e.seen *= std::sqrt((1 - noise) * finer * finer + noise * less_noise * less_noise);
   return e;
 }
 
-// A few points say what a mesh is off by, and one of them can be most of it: what the last step foretold counts as much.
-TargetErrors tempered(const TargetErrors& found, const TargetErrors& foretold) {
-  TargetErrors e = found;
-  for (double TargetErrors::*part :
-       {&TargetErrors::receiving, &TargetErrors::shooting, &TargetErrors::visibility, &TargetErrors::seen})
-    e.*part = (found.*part + foretold.*part) / 2;
-  return e;
-}
-
-// What a solve took.
-struct Cost {
-  double shooting_s = 0, sensors_s = 0, vertices = 0, patches = 0;
-  std::uint64_t sensors = 0;
-  double total() const { return shooting_s + sensors_s; }
-};
-
-// Rays from sensors and from vertices, where light is gathered anew there, with p and v times the patches and vertices. A fixed part is for launches.
-double gather_work(const Cost& now, double p, double v, const Setting& setting) {
+// Rays from sensors and from vertices, where light is gathered anew there. A fixed part is for launches.
+double gather_work(const Cost& now, const MeshSize& mesh, const Setting& setting) {
   constexpr double launches = 1e5;
-  return launches + double(now.sensors) * (setting.sensor_rays + now.patches * p) +
-         rays_at_vertices(now.patches * p, now.vertices * v, now.sensors, setting.sensor_rays);
+  return launches + double(now.sensors) * (setting.sensor_rays + mesh.patches) +
+         rays_at_vertices(now, mesh, setting);
 }
 
 // Columns are patches x vertices, with a ray a sample, and some launches for each patch whatever its size.
-double predicted_seconds(const Cost& now, const Setting& at, const Setting& next) {
-  const double p = std::pow(at.patch_edge_m / next.patch_edge_m, 2),
-               v = std::pow(at.element_edge_m() / next.element_edge_m(), 2);
+double predicted_seconds(const Cost& now, const Setting& at, const Setting& next, const MeshSize& mesh) {
   constexpr double launches = 15000, ray = 0.15;  // of a column, in vertices; of a sample, in vertices
   const auto column = [&](double vertices, std::uint32_t samples) {
     return launches + vertices * (1 + ray * samples);
   };
-  const double shooting =
-      now.shooting_s * p * column(now.vertices * v, next.samples) / column(now.vertices, at.samples);
-  const double sensors = now.sensors_s * gather_work(now, p, v, next) / gather_work(now, 1, 1, at);
+  const double shooting = now.shooting_s * (mesh.patches * column(mesh.vertices, next.samples)) /
+                          (now.mesh.patches * column(now.mesh.vertices, at.samples));
+  const double sensors = now.sensors_s * gather_work(now, mesh, next) / gather_work(now, now.mesh, at);
   return shooting + sensors;
 }
 
-// All settings that are as fine as `at`, and a little finer at a time.
+// None where that is more than can be numbered.
+std::optional<MeshSize> size_of_mesh(const Scene& scene, const Setting& setting) {
+  try {
+    return count_mesh(scene, {setting.patch_edge_m, setting.element_edge_m()});
+  } catch (const UsageError&) {
+    return std::nullopt;
+  }
+}
+
+// All settings that are as fine as `at`, and a little finer at a time, and how large a mesh they have.
 template <class Visit>
-void each_finer(const Setting& at, bool sensors, Visit visit) {
+void each_finer(const Scene& scene, const Setting& at, bool sensors, Visit visit) {
   for (int p = 0; p <= 24; ++p)
-    for (int level = std::max(1, at.level - 3); level <= std::min(5, at.level + 3); ++level)
+    for (int level = std::max(1, at.level - 3); level <= std::min(5, at.level + 3); ++level) {
+      Setting meshed = at;
+      meshed.patch_edge_m = at.patch_edge_m * std::exp2(-p / 8.0), meshed.level = level;
+      if (meshed.element_edge_m() > at.element_edge_m() * 1.001) continue;
+      const std::optional<MeshSize> mesh = size_of_mesh(scene, meshed);
+      if (!mesh) return;
       for (std::uint32_t samples = 1; samples <= 64; samples *= 4)
         for (std::uint32_t rays = 1; rays <= (sensors ? 1024u : 1u); rays *= 2) {
-          Setting next = at;
-          next.patch_edge_m = at.patch_edge_m * std::exp2(-p / 8.0);
-          next.level = level;
-          if (next.element_edge_m() > at.element_edge_m() * 1.001) continue;
+          Setting next = meshed;
           next.samples *= samples, next.light_samples *= samples, next.sensor_rays *= rays;
           if (next.samples > most_samples || next.sensor_rays > most_sensor_rays) continue;
-          visit(next);
+          visit(next, *mesh);
         }
+    }
 }
 
 struct NextSetting {
   Setting setting;
-  double error, seconds;  // foretold
+  TargetErrors errors;  // these and the rest foretold
+  double error, seconds;
 };
 
-std::optional<NextSetting> next_setting(const TargetErrors& errors, const Setting& at, const Cost& cost,
-                                        double target, double seconds_left, double longest = longest_step) {
-  const auto regathers = [&](const Setting& s) {
-    const double p = std::pow(at.patch_edge_m / s.patch_edge_m, 2),
-                 v = std::pow(at.element_edge_m() / s.element_edge_m(), 2);
-    return rays_at_vertices(cost.patches * p, cost.vertices * v, cost.sensors, s.sensor_rays) > 0;
-  };
+std::optional<NextSetting> next_setting(const Scene& scene, const TargetErrors& errors, const Setting& at,
+                                        const Cost& cost, double target, double seconds_left,
+                                        double longest = longest_step) {
   const double aim = target * (errors.at_sensors ? aim_at_sensors : aim_all_over);
   std::optional<NextSetting> best;
   double best_cost = 0;
   const double most_seconds = std::min(seconds_left * share_of_time_left, longest * cost.total());
-  each_finer(at, errors.at_sensors, [&](const Setting& next) {
-    const double seconds = predicted_seconds(cost, at, next);
+  each_finer(scene, at, errors.at_sensors, [&](const Setting& next, const MeshSize& mesh) {
+    if (mesh.patches == cost.mesh.patches && mesh.elements == cost.mesh.elements &&
+        next.samples == at.samples && next.sensor_rays == at.sensor_rays)
+      return;
+    const double seconds = predicted_seconds(cost, at, next, mesh);
     if (seconds > most_seconds) return;
-    TargetErrors then = predicted(errors, at, next);
-    if (regathers(at) && !regathers(next)) then.seen *= without_vertices;
+    const TargetErrors then = predicted(errors, at, cost, next, mesh);
     const double error = then.total();
     const bool meets = target > 0 && error <= aim, best_meets = target > 0 && best && best->error <= aim;
     if (!meets && error > (target > 0 ? 0.75 : 0.9) * errors.total()) return;
@@ -196,7 +218,7 @@ std::optional<NextSetting> next_setting(const TargetErrors& errors, const Settin
                         : meets != best_meets ? meets
                         : meets               ? seconds < best->seconds
                                               : cost_of_error < best_cost;
-    if (better) best = NextSetting{next, error, seconds}, best_cost = cost_of_error;
+    if (better) best = NextSetting{next, then, error, seconds}, best_cost = cost_of_error;
   });
   return best;
 }
@@ -244,7 +266,9 @@ Cost cost_of(const Solution& s, double seconds, double& sensors_before) {
   cost.sensors_s = sensor_seconds(s.report) - sensors_before;
   sensors_before += cost.sensors_s;
   cost.shooting_s = std::max(1e-4, seconds - cost.sensors_s);
-  cost.vertices = s.vertex_count(), cost.patches = double(s.mesh.patches.size());
+  const auto covered = std::count(s.vertex_covered.begin(), s.vertex_covered.end(), 1);
+  cost.mesh = count_mesh(s.scene, {s.mesh.patch_edge_m, s.mesh.element_edge_m});
+  cost.uncovered = 1 - double(covered) / double(std::max(1u, s.vertex_count()));
   cost.sensors = s.sensors.size();
   return cost;
 }
@@ -287,8 +311,8 @@ TargetForecast foretell_target(const Scene& scene, const SolveOptions& asked, co
     if (s.stopped || (options.target_error > 0 && errors.total() <= options.target_error)) break;
     if (&setting != &settings.back()) continue;
     // All in one step, as solve_to_target() would by way of a few that take little of the time.
-    const auto next =
-        next_setting(errors, setting, cost, options.target_error, budget_of(options) - elapsed(), INFINITY);
+    const auto next = next_setting(scene, errors, setting, cost, options.target_error,
+                                   budget_of(options) - elapsed(), INFINITY);
     if (!next) break;
     result.options = with_setting(options, next->setting);
     result.error_relative = next->error;
@@ -308,9 +332,8 @@ Solution solve_to_target(const Scene& scene, const SolveOptions& options, const 
   if (starts_coarser(options)) first = setting, setting = coarser(setting);
   std::optional<Solution> best;
   std::vector<TargetStep> steps;
-  std::optional<TargetErrors> foretold;
+  std::optional<TargetErrors> foretold;  // of the setting at hand
   double foretold_error = NAN, foretold_seconds = NAN;
-  Setting foretold_at;
   int in_vain = 0;
   std::string why;  // it ended before the target was met
   double sensors_before = 0, error = INFINITY, finishing = 0;
@@ -361,9 +384,8 @@ Solution solve_to_target(const Scene& scene, const SolveOptions& options, const 
       setting = *first, first.reset();
       continue;
     }
-    const TargetErrors planned =
-        foretold ? tempered(errors, predicted(*foretold, foretold_at, setting)) : errors;
-    const auto next = next_setting(planned, setting, cost, options.target_error, budget - elapsed());
+    const TargetErrors planned = foretold ? tempered(errors, *foretold) : errors;
+    const auto next = next_setting(scene, planned, setting, cost, options.target_error, budget - elapsed());
     if (!next) {
       why = std::isfinite(budget) ? "nothing finer fits into the time" : "nothing finer would help";
       break;
@@ -371,7 +393,7 @@ Solution solve_to_target(const Scene& scene, const SolveOptions& options, const 
     // What comes after the shots (near field, sensors, this estimate) has to fit in, too.
     const double growth = next->seconds / cost.total();
     finishing = std::min(0.3 * (budget - elapsed()), 0.25 * seconds * growth);
-    foretold = planned, foretold_at = setting;
+    foretold = next->errors;
     foretold_error = next->error, foretold_seconds = next->seconds;
     setting = next->setting;
   }
