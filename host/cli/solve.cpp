@@ -141,7 +141,8 @@ int run_solve(Arguments& a) {
     const double spent = seconds_since_start() + a.outputs.seconds() + ending;
     if (spent > 0.9 * time_budget_s)
       throw UsageError(
-          fmt::format("--time-budget {:.3g} s: reading the scene and drawing take {:.2g} s of that",
+          fmt::format("--time-budget {:.3g} s: reading the scene and drawing take {:.2g} s of that; give it "
+                      "more time, or a smaller picture (--size)",
                       time_budget_s, spent));
     options.time_budget_s = time_budget_s - spent;
   }
