@@ -148,7 +148,7 @@ void write_npz(const std::string& path, const ViewFactors& f) {
 // surfaces; then areas, the square matrix row by row, emissivities.
 void write_view3d(const std::string& path, const ViewFactors& f) {
   TextWriter out(path);
-  out.print("View3D 3.2 0 {} 0 {}\n", f.closed ? 1 : 0, f.rows());
+  out.print("View3D 3.2 0 {} 0 {}\n", f.closed && !f.stopped ? 1 : 0, f.rows());
   for (std::uint32_t i = 0; i < f.rows(); ++i) out.print("{}{:.9g}", i ? " " : "", f.area_m2[i]);
   out.print("\n");
   for (std::uint32_t i = 0; i < f.rows(); ++i) {
@@ -200,7 +200,8 @@ std::string view_factor_report_json(const ViewFactors& f, const Scene& scene, co
   json["pairs_done"] = f.pairs_done;
   json["pairs_asked"] = f.pairs_asked;
   json["closed"] = f.closed;
-  json["worst_row_defect"] = f.closed ? Json(f.worst_row_defect) : Json(nullptr);
+  const bool any_row = std::find(f.complete.begin(), f.complete.end(), true) != f.complete.end();
+  json["worst_row_defect"] = f.closed && any_row ? Json(f.worst_row_defect) : Json(nullptr);
   json["worst_row_error"] =
       f.row_error.empty() ? 0.0 : *std::max_element(f.row_error.begin(), f.row_error.end());
   json["worst_relative_error"] = f.worst_relative_error;

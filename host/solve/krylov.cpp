@@ -156,7 +156,10 @@ double solve_by_gmres(SolveState& state, const RealArray& rhs, RealArray& soluti
   };
   std::uint32_t step = 0;
   while (step < steps && !all_done()) {
-    if (step > 0 && goes_on && !goes_on(share_left())) break;
+    if (step > 0 && goes_on) {
+      const double left = share_left();
+      if (!goes_on(std::isfinite(left) ? left : 1)) break;
+    }
     gmres.apply(step++);
     // Gram and Schmidt, twice: once leaves too much in float.
     std::vector<double> h(std::size_t(step) * bands, 0);

@@ -114,10 +114,19 @@ TargetErrors tempered(const TargetErrors& found, const TargetErrors& foretold) {
 struct Cost {
   double shooting_s = 0, sensors_s = 0;
   MeshSize mesh;
+  MeshSize before;       // without backs and subdivision, as candidates are counted
   double uncovered = 1;  // of the vertices
   std::uint64_t sensors = 0;
   double total() const { return shooting_s + sensors_s; }
 };
+
+// A candidate's mesh with as much more of everything as the last one had in the end.
+MeshSize grown(const Cost& now, MeshSize mesh) {
+  for (double MeshSize::*count :
+       {&MeshSize::patches, &MeshSize::elements, &MeshSize::vertices, &MeshSize::edges})
+    if (now.before.*count > 0) mesh.*count *= now.mesh.*count / (now.before.*count);
+  return mesh;
+}
 
 double rays_at_vertices(const Cost& now, const MeshSize& mesh, const Setting& setting) {
   return rays_at_vertices(mesh, now.uncovered, now.sensors, setting.sensor_rays);
@@ -167,7 +176,7 @@ double predicted_seconds(const Cost& now, const Setting& at, const Setting& next
   return shooting + sensors;
 }
 
-// None where that is more than can be numbered.
+// None where a polygon would have more patches along one side than can be numbered.
 std::optional<MeshSize> size_of_mesh(const Scene& scene, const Setting& setting) {
   try {
     return count_mesh(scene, {setting.patch_edge_m, setting.element_edge_m()});
@@ -209,8 +218,9 @@ std::optional<NextSetting> next_setting(const Scene& scene, const TargetErrors& 
   std::optional<NextSetting> best;
   double best_cost = 0;
   const double most_seconds = std::min(seconds_left * share_of_time_left, longest * cost.total());
-  each_finer(scene, at, errors.at_sensors, [&](const Setting& next, const MeshSize& mesh) {
-    if (mesh.patches == cost.mesh.patches && mesh.elements == cost.mesh.elements &&
+  each_finer(scene, at, errors.at_sensors, [&](const Setting& next, const MeshSize& counted) {
+    const MeshSize mesh = grown(cost, counted);
+    if (counted.patches == cost.before.patches && counted.elements == cost.before.elements &&
         next.samples == at.samples && next.sensor_rays == at.sensor_rays)
       return;
     const double seconds = predicted_seconds(cost, at, next, mesh);
@@ -268,13 +278,16 @@ double sensor_seconds(const Report& report) {
 }
 
 // `sensors_before`: what earlier solves of this device took at sensors, since its profile goes on; grows.
-Cost cost_of(const Solution& s, double seconds, double& sensors_before) {
+Cost cost_of(const Scene& scene, const Solution& s, double seconds, double& sensors_before) {
   Cost cost;
   cost.sensors_s = sensor_seconds(s.report) - sensors_before;
   sensors_before += cost.sensors_s;
   cost.shooting_s = std::max(1e-4, seconds - cost.sensors_s);
   const auto covered = std::count(s.vertex_covered.begin(), s.vertex_covered.end(), 1);
-  cost.mesh = count_mesh(s.scene, {s.mesh.patch_edge_m, s.mesh.element_edge_m});
+  cost.before = count_mesh(scene, {s.mesh.patch_edge_m, s.mesh.element_edge_m});
+  const double elements = double(s.mesh.elements.size()), vertices = s.vertex_count();
+  cost.mesh = {double(s.mesh.patches.size()), elements, vertices,
+               vertices + elements - double(s.scene.polygons.size())};
   cost.uncovered = 1 - double(covered) / double(std::max(1u, s.vertex_count()));
   cost.sensors = s.sensors.size();
   return cost;
@@ -311,7 +324,7 @@ TargetForecast foretell_target(const Scene& scene, const SolveOptions& asked, co
     const double began = elapsed();
     const Solution s = solve_once(probe);
     const TargetErrors errors = errors_of(s, options);
-    const Cost cost = cost_of(s, elapsed() - began, sensors_before);
+    const Cost cost = cost_of(scene, s, elapsed() - began, sensors_before);
     result.options = std::move(probe);
     result.error_relative = errors.total();
     result.probing_seconds = result.seconds = elapsed();
@@ -365,11 +378,14 @@ Solution solve_to_target(const Scene& scene, const SolveOptions& options, const 
     } catch (const MemoryError& e) {
       if (!best) throw;
       why = fmt::format("a finer mesh does not fit into memory ({})", e.what());
+    } catch (const Error&) {
+      // What is there is good enough but for the distance kept.
+      if (!(options.target_error > 0 && error <= options.target_error)) throw;
     }
     if (!solution) break;
     const double seconds = elapsed() - began;
     const TargetErrors errors = errors_of(*solution, options);
-    const Cost cost = cost_of(*solution, seconds, sensors_before);
+    const Cost cost = cost_of(scene, *solution, seconds, sensors_before);
     const bool stopped = solution->stopped, helped = errors.total() < worth_a_step * error;
     if (!stopped || !best)
       steps.push_back({setting.patch_edge_m, setting.element_edge_m(), setting.samples, setting.light_samples,

@@ -279,7 +279,8 @@ class Integration {
     }
   }
 
-  // Two siblings with their parent: if its estimate was too low, theirs are, too.
+  // Two siblings with their parent: if its estimate was too low, theirs are, too; and with occluders they are some part of
+  // what halving changed in any case.
   static void compare(Cell& a, Cell& b) {
     const double moved = std::abs(a.parent_value - a.value - b.value);
     // A kink's error falls by about 5 from halving to halving.

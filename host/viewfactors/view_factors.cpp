@@ -73,12 +73,14 @@ class ViewFactorRun {
     total_ = std::uint64_t(n) * (n ? n - 1 : 0) / 2;
     finished_.assign(n, true);
     std::uint32_t i = 0;
-    for (; i < n && go_on(); ++i)
-      for (std::uint32_t j = i + 1; j < n; ++j) {
+    for (; i < n && go_on(); ++i) {
+      for (std::uint32_t j = i + 1; j < n && !stopped_; ++j) {
         const bool swap = surfaces_.surface[j].area < surfaces_.surface[i].area;
-        add(swap ? j : i, swap ? i : j);
         ++done_;
+        add(swap ? j : i, swap ? i : j);
       }
+      if (stopped_) finished_[i] = false;
+    }
     for (; i < n; ++i) finished_[i] = false;
     flush();
     ViewFactors result;
@@ -138,12 +140,15 @@ class ViewFactorRun {
       if (again.empty()) break;
       const std::vector<PairIntegral> better = integrate(device_, again, limits_, counts_, ask);
       for (std::size_t k = 0; k < of.size(); ++k) {
-        results[of[k]].done &= better[k].done;
-        if (stopped_) continue;
+        if (stopped_ && !better[k].done) continue;
         results[of[k]] = better[k];
         tasks[of[k]] = std::move(again[k]);
       }
     }
+    // A shooter that should have been halved again.
+    for (std::size_t t = 0; stopped_ && t < tasks.size(); ++t)
+      if (results[t].unsure > 0.5 * std::max(limits_.relative * results[t].value, tasks[t].least))
+        results[t].done = false;
     return results;
   }
 
@@ -253,7 +258,7 @@ class ViewFactorRun {
 
   void judge(ViewFactors& result) {
     for (std::uint32_t i = 0; i < result.rows(); ++i)
-      for (std::uint64_t k = result.first[i]; k < result.first[i + 1]; ++k) {
+      for (std::uint64_t k = result.first[i]; result.complete[i] && k < result.first[i + 1]; ++k) {
         const double small =
             least_hidden * std::min(1.0, result.area_m2[result.column[k]] / result.area_m2[i]);
         const double relative = result.error[k] / std::max(result.factor[k], small);
@@ -269,7 +274,7 @@ class ViewFactorRun {
     result.pairs = pairs_;
     result.hidden_pairs = hidden_;
     result.points = counts_.points;
-    result.stopped = stopped_;
+    result.stopped = done_ < total_;  // not when only reciprocity was not measured any more
     result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
   }
 

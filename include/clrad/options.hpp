@@ -97,11 +97,12 @@ struct SolveOptions {
   /// Effects to leave out though the scene calls for them: the answer is wrong by what they do.
   std::vector<std::string> without;
   bool error = true;  ///< estimate what the solve is off by (Report::error)
-  /// Estimated relative error to reach, such as 0.01; 0: none. The scene is solved coarsely and then finer until it is met; mesh, samples
+  /// Estimated relative error to reach, such as 0.01; 0: none. The scene is solved coarsely and then finer until it is met (at sensors,
+  /// where few points tell, by 15 % as long as that can be had); mesh, samples
   /// and sensor_rays above are where that starts, as far as mesh edges are given.
   double target_error = 0;
   TargetOf target_of = TargetOf::automatic;
-  /// Seconds for the whole solve; 0: no limit. The best solution that can be had in that time, or the first that meets target_error.
+  /// Seconds for the whole solve; 0: no limit. The best solution that can be had in that time, or the first with which target_error ends the search.
   double time_budget_s = 0;
   bool strict = false;             ///< a violated invariant is an error, not a warning
   std::string checkpoint;          ///< file to keep the state of a running solve in; empty: none

@@ -49,7 +49,7 @@ struct ViewFactors {
   std::vector<double> row_sum;    ///< sum over j of F_ij
   std::vector<double> row_error;  ///< sum over j of the errors
   bool closed = false;            ///< the scene is watertight: every row should sum to 1
-  double worst_row_defect = 0;    ///< largest |row sum - 1| when closed
+  double worst_row_defect = 0;    ///< largest |row sum - 1| of a complete row when closed
   double worst_relative_error =
       0;  ///< largest error / F_ij, small F_ij as ViewFactorOptions::target_error has it
   std::uint64_t over_target = 0;  ///< entries whose error is above what was asked

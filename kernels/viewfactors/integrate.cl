@@ -155,7 +155,8 @@ int beyond_side(const clrad_vector* p, int n, const clrad_vector* side, int side
   return 0;
 }
 
-/* F at one point: *seen, what of it no stack or piece had room for (*unsure), and a bound of the rounding. */
+/* F at one point: *seen, what of it no stack or piece had room for (*unsure), a bound of the rounding, and what it would be
+ * without occluders (*free). */
 void visible_factor(clrad_vector x, clrad_vector normal, __global const uint* pair, __global const uint* list, uint last,
                     __global const uint* occluder, __global const uint* side, __global const REAL* plane,
                     __global const REAL* vertex, __global REAL* stack, uint capacity, REAL* seen, REAL* unsure,
@@ -300,8 +301,8 @@ REAL rule_error(REAL high, REAL low, REAL least) {
   return high * (smooth > least ? smooth : least);
 }
 
-/* One work-item a cell: results (value, unsure, error along u, along v, how much the integrand varies along u, along v).
- * `value` counts half of what is unsure. */
+/* One work-item a cell: results (value, unsure, error along u, along v, how much the integrand varies along u, along v,
+ * what would be seen without occluders). `value` counts half of what is unsure. */
 __kernel void cell_sums(__global const REAL* points, uint first_cell, uint count, REAL least, __global REAL* results) {
   const uint i = get_global_id(0);
   if (i >= count) return;
