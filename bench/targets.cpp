@@ -122,6 +122,16 @@ const Picked* most_exact(Device& device, const Room& room, std::vector<Picked>& 
   return best;
 }
 
+// What a row says of a solve, whatever was asked of it.
+nlohmann::json row_of(const Room& room, int seed, const Timed& t) {
+  return {{"case", room.id},
+          {"seed", seed},
+          {"rms", room.rms(t.solution)},
+          {"estimate", t.solution.report.error.sensors_relative},
+          {"seconds", t.seconds},
+          {"steps", steps_of(t.solution)}};
+}
+
 std::vector<Room> rooms_like(const std::string& only) {
   std::vector<Room> rooms;
   for (const char* file : {"c_boxes.json", "c_scenes_with_occlusion.json"}) {
@@ -211,18 +221,12 @@ int main(int argc, char** argv) {
             foretold.seconds,
             best ? fmt::format("{:.2f} s ({}), {:.1f}x", best->seconds, best->name, t.seconds / best->seconds)
                  : "not at all");
-        rows.push_back({{"case", room.id},
-                        {"target", target},
-                        {"seed", seed},
-                        {"rms", rms},
-                        {"estimate", t.solution.report.error.sensors_relative},
-                        {"seconds", t.seconds},
-                        {"steps", steps_of(t.solution)},
-                        {"met", rms <= target},
-                        {"foretold_seconds", foretold.seconds},
-                        {"foretold_error", foretold.error_relative},
-                        {"by_hand_seconds", best ? nlohmann::json(best->seconds) : nlohmann::json(nullptr)},
-                        {"by_hand", best ? best->name : ""}});
+        nlohmann::json row = row_of(room, seed, t);
+        row["target"] = target, row["met"] = rms <= target;
+        row["foretold_seconds"] = foretold.seconds, row["foretold_error"] = foretold.error_relative;
+        row["by_hand_seconds"] = best ? nlohmann::json(best->seconds) : nlohmann::json(nullptr);
+        row["by_hand"] = best ? best->name : "";
+        rows.push_back(row);
       }
     }
     for (const double budget : targets_only ? std::vector<double>() : budgets) {
@@ -238,15 +242,10 @@ int main(int argc, char** argv) {
             "({})\n",
             budget, seed, 100 * rms, 100 * t.solution.report.error.sensors_relative, t.seconds,
             t.solution.report.target.steps.size(), 100 * curve, best ? best->name : "none");
-        rows.push_back({{"case", room.id},
-                        {"budget", budget},
-                        {"seed", seed},
-                        {"rms", rms},
-                        {"estimate", t.solution.report.error.sensors_relative},
-                        {"seconds", t.seconds},
-                        {"steps", steps_of(t.solution)},
-                        {"by_hand_rms", best ? nlohmann::json(curve) : nlohmann::json(nullptr)},
-                        {"by_hand", best ? best->name : ""}});
+        nlohmann::json row = row_of(room, seed, t);
+        row["budget"] = budget, row["by_hand"] = best ? best->name : "";
+        row["by_hand_rms"] = best ? nlohmann::json(curve) : nlohmann::json(nullptr);
+        rows.push_back(row);
       }
     }
   }
