@@ -1,6 +1,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <cstring>
 #include <utility>
 
 #include "clrad/device.hpp"
@@ -8,16 +10,18 @@
 namespace clrad {
 namespace {
 
+constexpr std::uint64_t least_room = 16;
+
 std::string mebibytes(std::uint64_t bytes) {
   return fmt::format("{:.1f} MiB", double(bytes) / (1 << 20));
 }
 
 }  // namespace
 
-RawArray::RawArray(Device& device, std::uint64_t bytes, std::string_view what)
+RawArray::RawArray(Device& device, std::uint64_t bytes, std::string_view what, const void* values)
     : device_(&device), bytes_(bytes), ledger_(device.ledger()) {
   // An array of nothing still needs a buffer that a kernel argument can name.
-  const std::uint64_t room = std::max<std::uint64_t>(bytes, 16);
+  const std::uint64_t room = std::max(bytes, least_room);
   if (ledger_->held + room > ledger_->limit) {
     const auto left = ledger_->limit - std::min(ledger_->limit, ledger_->held);
     throw MemoryError(fmt::format(
@@ -29,7 +33,14 @@ RawArray::RawArray(Device& device, std::uint64_t bytes, std::string_view what)
     throw MemoryError(fmt::format("{} takes {} in one buffer; {} allows {}", what, mebibytes(room),
                                   device.info().name, mebibytes(device.info().largest_buffer_bytes)));
   try {
-    buffer_ = cl::Buffer(device.context(), CL_MEM_READ_WRITE, room);
+    std::array<char, least_room> padded{};
+    if (values != nullptr && bytes > 0 && bytes < room) {  // OpenCL copies as many bytes as the buffer has
+      std::memcpy(padded.data(), values, bytes);
+      values = padded.data();
+    }
+    const bool copied = values != nullptr && bytes > 0;
+    buffer_ = cl::Buffer(device.context(), CL_MEM_READ_WRITE | (copied ? CL_MEM_COPY_HOST_PTR : 0), room,
+                         copied ? const_cast<void*>(values) : nullptr);
   } catch (const cl::Error& e) {
     throw MemoryError(fmt::format("the device has no memory left for {}: {} (OpenCL error {})", what,
                                   mebibytes(room), e.err()));
@@ -44,7 +55,7 @@ RawArray::~RawArray() {
 }
 
 void RawArray::release() noexcept {
-  if (ledger_) ledger_->held -= std::max<std::uint64_t>(bytes_, 16);
+  if (ledger_) ledger_->held -= std::max(bytes_, least_room);
   ledger_.reset();
   buffer_ = cl::Buffer();
 }
@@ -70,15 +81,25 @@ namespace {
 std::uint64_t real_bytes(const Device& device) {
   return device.options().precision == Precision::float64 ? 8 : 4;
 }
+
+// The bytes of `values` as the device has them.
+struct Reals {
+  std::span<const double> wide;
+  std::vector<float> narrow;
+  const void* data() const { return narrow.empty() ? static_cast<const void*>(wide.data()) : narrow.data(); }
+};
+Reals as_reals(const Device& device, std::span<const double> values) {
+  if (real_bytes(device) == 8) return {values, {}};
+  return {values, std::vector<float>(values.begin(), values.end())};
+}
 }  // namespace
 
 RealArray::RealArray(Device& device, std::uint64_t count, std::string_view what)
     : RawArray(device, count * real_bytes(device), what), count_(count) {}
 
 RealArray::RealArray(Device& device, std::span<const double> values, std::string_view what)
-    : RealArray(device, values.size(), what) {
-  upload(values);
-}
+    : RawArray(device, values.size() * real_bytes(device), what, as_reals(device, values).data()),
+      count_(values.size()) {}
 
 void RealArray::upload(std::span<const double> values, std::uint64_t at) {
   if (values.empty()) return;

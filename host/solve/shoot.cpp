@@ -70,11 +70,9 @@ std::uint64_t trace_column(SolveState& state, std::uint32_t patch, std::uint32_t
     weigh_unoccluded(state, shooter, sampled ? &samples : nullptr, n, receivers, first, column);
     return 0;
   }
-  const std::uint64_t before = state.engine.counts().rays;
   find_occluded(state, samples, n, receivers);
-  const std::uint64_t rays = state.engine.counts().rays - before;
   weigh(state, shooter, samples, n, receivers, first, column);
-  return rays;
+  return std::uint64_t(receivers) * n;
 }
 
 void deliver_to_vertices(SolveState& state, const RealArray& column, const RealArray& shot,

@@ -138,15 +138,16 @@ void BundleTracer::test(std::uint32_t pieces, Array<std::uint64_t>& sums) {
   {
     const auto stage = device_.stage("allocate candidates");
     allocate_into(device_, p.counts.buffer(), pieces, scratch_.pairs, "candidates");
-    device_.run(bundle_kernels, "bundle_tally", tally_items, tally_items, pieces, p.cell, p.low, grid_.frame,
-                grid_.held, sums);
+    const std::uint32_t items = tally_items(device_);
+    device_.run(bundle_kernels, "bundle_tally", items, items, pieces, p.cell, p.low, grid_.frame, grid_.held,
+                sums);
   }
   const auto stage = device_.stage("intersect rays with candidates");
   const std::uint32_t slots = scratch_.pairs.total;
   device_.run(bundle_kernels, "bundle_test", slots, slots, scratch_.pairs.owner, scratch_.pairs.rank,
               p.bundle, p.cell, p.low, grid_.frame, grid_.first_block, packets_, grid_.lanes, packet_planes_,
               occluders_.triangles, scratch_.from, scratch_.to, run_, pairs_, scratch_.blocked, sums,
-              tally_items);
+              tally_items(device_));
 }
 
 /// The rays that wave `wave` is for, and those of them that an earlier one blocked; after start_wave, or instead

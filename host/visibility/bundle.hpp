@@ -18,14 +18,18 @@ struct WaveWork {
   std::uint64_t pieces = 0;   ///< ray/voxel pieces that the others were cut into
 };
 
+/// Work-items that count what was done: each goes over its share of all pieces, so a GPU wants thousands of them.
+inline std::uint32_t tally_items(const Device& device) {
+  return device.info().gpu ? 1u << 14 : 64;
+}
+
 class BundleTracer {
  public:
   /// What it reads has to outlive it. slab: cells in the first wave, 0 for one wave. packets: as chop_packets writes them.
   BundleTracer(Device& device, const Occluders& occluders, const Grid& grid, const Array<float>& packets,
                const Array<std::uint32_t>& packet_planes, std::uint32_t slab);
 
-  /// sums: 3 x tally_items counts of ray/triangle pairs, exact tests and ray/voxel pieces, added to.
-  static constexpr std::uint32_t tally_items = 64;
+  /// sums: 3 x tally_items() counts of ray/triangle pairs, exact tests and ray/voxel pieces, added to.
   void occluded(const Segments& segments, const Batch& batch, Array<std::uint32_t>& masks,
                 Array<std::uint64_t>& sums);
 

@@ -18,12 +18,11 @@ namespace clrad {
 namespace {
 
 constexpr const char* chop_kernels = "visibility/chop.cl";
-constexpr std::uint32_t tally_items = BundleTracer::tally_items;
 
 /// Cells in the first wave of grids that would take more than two (in others waves save less than their launches
 /// cost), and rays in a batch: measured, see bench/visibility.cpp and bench/curves.cpp.
 constexpr std::uint32_t usual_slab = 8;
-constexpr std::uint32_t usual_batch = 1u << 16;
+constexpr std::uint32_t usual_batch = 1u << 16, usual_batch_on_gpu = 1u << 20;
 constexpr std::uint32_t least_batch = 64;
 /// Bytes a ray takes when nothing else is known: its ends and flags, four pieces, eight blocks of candidates.
 constexpr std::uint64_t bytes_per_ray = 100 + 4 * 52 + 8 * 24;
@@ -53,8 +52,9 @@ class Chop final : public ChopEngine {
                  "triangle packets"),
         packet_planes_(device, std::max<std::uint64_t>(1, std::uint64_t(grid_.blocks) * grid_.width),
                        "packet planes"),
-        sums_(device, 3 * tally_items, "visibility counts"),
-        batch_sums_(device, 3 * tally_items, "visibility counts of a batch"),
+        tally_items_(tally_items(device)),
+        sums_(device, 3 * tally_items_, "visibility counts"),
+        batch_sums_(device, 3 * tally_items_, "visibility counts of a batch"),
         bundles_(device, occluders_, grid_, packets_, packet_planes_, slab_of(grid_, options)) {
     const std::uint32_t lanes = grid_.blocks * grid_.width;
     device_.run(chop_kernels, "chop_packets", lanes, lanes, grid_.lanes, occluders_.triangles,
@@ -90,10 +90,10 @@ class Chop final : public ChopEngine {
   VisibilityCounts counts() const override {
     VisibilityCounts c = counts_;
     const auto sums = sums_.download();
-    for (std::uint32_t i = 0; i < tally_items; ++i) {
+    for (std::uint32_t i = 0; i < tally_items_; ++i) {
       c.candidates += sums[i];
-      c.exact += sums[tally_items + i];
-      c.pieces += sums[2 * tally_items + i];
+      c.exact += sums[tally_items_ + i];
+      c.pieces += sums[2 * tally_items_ + i];
     }
     return c;
   }
@@ -130,6 +130,7 @@ class Chop final : public ChopEngine {
   Grid grid_;
   Array<float> packets_;
   Array<std::uint32_t> packet_planes_;
+  std::uint32_t tally_items_;
   Array<std::uint64_t> sums_, batch_sums_;
   std::vector<std::uint32_t> axes_;  ///< that are cut: those with more than one cell
   BundleTracer bundles_;
@@ -154,7 +155,8 @@ class Chop final : public ChopEngine {
     if (options_.rays_per_batch) return std::min({options_.rays_per_batch, smaller_, 1u << 24});
     const auto& ledger = *device_.ledger();
     const std::uint64_t left = ledger.limit - std::min(ledger.limit, ledger.held);
-    const auto fits = std::uint32_t(std::min<std::uint64_t>(left / 2 / bytes_per_ray, usual_batch));
+    const auto fits = std::uint32_t(std::min<std::uint64_t>(
+        left / 2 / bytes_per_ray, device_.info().gpu ? usual_batch_on_gpu : usual_batch));
     // What the scratch of earlier batches holds is not `left`, but it is there.
     const auto held = rays_held();
     return std::max(std::min(std::max(fits, held), smaller_), least_batch);
@@ -182,7 +184,7 @@ class Chop final : public ChopEngine {
       try {
         batch_sums_.fill_zero();
         body(b);
-        device_.run(chop_kernels, "chop_fold", 3 * tally_items, 3 * tally_items, batch_sums_, sums_);
+        device_.run(chop_kernels, "chop_fold", 3 * tally_items_, 3 * tally_items_, batch_sums_, sums_);
       } catch (const MemoryError& e) {
         trouble = e.what();
       } catch (const UsageError& e) {  // more pieces or pairs than 32 bits can number
@@ -293,8 +295,8 @@ class Chop final : public ChopEngine {
     {
       const auto stage = device_.stage("allocate candidates");
       allocate_into(device_, p.counts.buffer(), pieces, scratch_.pairs, "candidates");
-      device_.run(chop_kernels, "chop_tally_candidates", tally_items, tally_items, pieces, p.cell, p.t0, p.t1,
-                  p.counts, grid_.frame, grid_.held, batch_sums_);
+      device_.run(chop_kernels, "chop_tally_candidates", tally_items_, tally_items_, pieces, p.cell, p.t0,
+                  p.t1, p.counts, grid_.frame, grid_.held, batch_sums_);
     }
     const std::uint32_t slots = scratch_.pairs.total;
     if (slots == 0) return;
@@ -318,7 +320,7 @@ class Chop final : public ChopEngine {
                   scratch_.from, scratch_.to, run_, pairs_, scratch_.doubt, scratch_.slot_t,
                   scratch_.slot_triangle);
       if (n)
-        device_.run(chop_kernels, "chop_tally_exact", tally_items, tally_items, n, scratch_.doubtful,
+        device_.run(chop_kernels, "chop_tally_exact", tally_items_, tally_items_, n, scratch_.doubtful,
                     scratch_.doubt, batch_sums_);
     }
     const auto stage = device_.stage("nearest hit of each ray");

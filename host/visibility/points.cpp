@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <cstring>
 #include <glm/common.hpp>
 
 #include "clrad/visibility.hpp"
@@ -31,9 +32,9 @@ DevicePoint to_device(const Point& p) {
 }
 
 template <class DevicePoint>
-void upload_as(Device& device, const cl::Buffer& buffer, std::span<const Point> points, std::uint64_t at) {
-  std::vector<DevicePoint> converted;
-  converted.reserve(points.size());
+std::vector<std::byte> bytes_as(std::span<const Point> points) {
+  std::vector<std::byte> bytes(points.size() * sizeof(DevicePoint));
+  std::byte* to = bytes.data();
   for (const auto& p : points) {
     // Each by itself, and written so that NaN fails: std::max would drop one.
     const glm::dvec3 size = glm::abs(p.position);
@@ -42,9 +43,20 @@ void upload_as(Device& device, const cl::Buffer& buffer, std::span<const Point> 
           fmt::format("a point at ({:.6g}, {:.6g}, {:.6g}) of the scene's frame is farther out than {} times "
                       "the scene's size",
                       p.position.x, p.position.y, p.position.z, farthest / 2));
-    converted.push_back(to_device<DevicePoint>(p));
+    const auto d = to_device<DevicePoint>(p);
+    std::memcpy(to, &d, sizeof d);
+    to += sizeof d;
   }
-  device.write(buffer, at * sizeof(DevicePoint), converted.size() * sizeof(DevicePoint), converted.data());
+  return bytes;
+}
+
+// As the device has them.
+std::vector<std::byte> bytes_of(const Device& device, std::span<const Point> points) {
+  return is_double(device) ? bytes_as<clrad_point_double>(points) : bytes_as<clrad_point_float>(points);
+}
+
+std::uint64_t point_bytes(const Device& device) {
+  return is_double(device) ? sizeof(clrad_point_double) : sizeof(clrad_point_float);
 }
 
 template <class DevicePoint>
@@ -64,20 +76,15 @@ std::vector<Point> download_as(Device& device, const cl::Buffer& buffer, std::ui
 }  // namespace
 
 PointArray::PointArray(Device& device, std::uint64_t count, std::string_view what)
-    : RawArray(device, count * (is_double(device) ? sizeof(clrad_point_double) : sizeof(clrad_point_float)),
-               what),
-      count_(count) {}
+    : RawArray(device, count * point_bytes(device), what), count_(count) {}
 
 PointArray::PointArray(Device& device, std::span<const Point> points, std::string_view what)
-    : PointArray(device, points.size(), what) {
-  upload(points);
-}
+    : RawArray(device, points.size() * point_bytes(device), what, bytes_of(device, points).data()),
+      count_(points.size()) {}
 
 void PointArray::upload(std::span<const Point> points, std::uint64_t at) {
-  if (is_double(*device_))
-    upload_as<clrad_point_double>(*device_, buffer_, points, at);
-  else
-    upload_as<clrad_point_float>(*device_, buffer_, points, at);
+  const auto bytes = bytes_of(*device_, points);
+  device_->write(buffer_, at * point_bytes(*device_), bytes.size(), bytes.data());
 }
 
 std::vector<Point> PointArray::download() const {

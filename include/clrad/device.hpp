@@ -63,8 +63,9 @@ struct MemoryLedger {
 class RawArray {
  public:
   RawArray() = default;
-  /// Throws DeviceError that names `what` when the budget or the device does not have the bytes.
-  RawArray(Device& device, std::uint64_t bytes, std::string_view what);
+  /// Throws DeviceError that names `what` when the budget or the device does not have the bytes. With `values` given, that
+  /// many bytes of them are in it; unlike a write this does not wait for what was enqueued.
+  RawArray(Device& device, std::uint64_t bytes, std::string_view what, const void* values = nullptr);
   ~RawArray();
   RawArray(RawArray&& other) noexcept;
   RawArray& operator=(RawArray&& other) noexcept;
@@ -207,9 +208,7 @@ class Array : public RawArray {
   Array(Device& device, std::uint64_t count, std::string_view what)
       : RawArray(device, count * sizeof(T), what), count_(count) {}
   Array(Device& device, std::span<const T> values, std::string_view what)
-      : Array(device, values.size(), what) {
-    upload(values);
-  }
+      : RawArray(device, values.size_bytes(), what, values.data()), count_(values.size()) {}
 
   std::uint64_t size() const { return count_; }
   void upload(std::span<const T> values, std::uint64_t at = 0) {

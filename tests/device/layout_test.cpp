@@ -38,6 +38,31 @@ TEST(Points, KeepFortyEightBitsInFloat) {
   EXPECT_THROW(PointArray(device, std::vector<Point>{{{5, 0, 0}}}, "far"), UsageError);
 }
 
+// Shorter ones than the least buffer, too.
+TEST(Arrays, MadeFromValuesHoldThem) {
+  for (const Precision precision : {Precision::float32, Precision::float64}) {
+    Device device({.precision = precision});
+    for (std::uint32_t n = 0; n < 9; ++n) {
+      std::vector<std::uint32_t> numbers;
+      std::vector<double> reals;
+      std::vector<Point> points;
+      for (std::uint32_t i = 0; i < n; ++i) {
+        numbers.push_back(n + 100 * i), reals.push_back(i - 0.5);
+        points.push_back({{0.5, 0.25 * i, -1}, {0, 1, 0}, i, n});
+      }
+      EXPECT_EQ((Array<std::uint32_t>(device, numbers, "numbers").download()), numbers);
+      EXPECT_EQ(RealArray(device, reals, "reals").download(), reals);
+      const auto back = PointArray(device, points, "points").download();
+      ASSERT_EQ(back.size(), n);
+      for (std::uint32_t i = 0; i < n; ++i) {
+        EXPECT_EQ(back[i].position, points[i].position);
+        EXPECT_EQ(back[i].plane, i);
+        EXPECT_EQ(back[i].surface, n);
+      }
+    }
+  }
+}
+
 TEST(Device, UnknownNameAndTooManyCoresAreUsageErrors) {
   EXPECT_THROW(Device({.device = "no such device"}), UsageError);
   EXPECT_THROW(Device({.device = "99"}), UsageError);
