@@ -22,7 +22,7 @@ enum Verdict : std::uint32_t { keep, split, at_max_level, at_min_area, at_min_pr
 
 // Share of the elements below which those to split are left once the solution has converged: splits beget a few more,
 // round after round, each at the cost of judging the whole mesh.
-constexpr double few = 1.0 / 500;
+constexpr double few = 1.0 / 200;
 
 // What is displayed may be off by this share of the difference that is tolerated.
 constexpr double error_share = 1.0 / 8;

@@ -86,7 +86,7 @@ struct Report {
     std::uint64_t stopped_by_max_level = 0, stopped_by_min_area = 0, stopped_by_min_projected_area = 0,
                   stopped_by_memory = 0;
     std::uint64_t left_as_few =
-        0;  ///< over it, too: fewer than 1 in 500 were left when the solution had converged
+        0;  ///< over it, too: fewer than 1 in 200 were left when the solution had converged
   } refinement;
   /// Rows of form factors: what they sum to, and what that means for the answer. Defects are shares of a row: area means and
   /// the worst. In a scene that is closed, proven or said so, |1 - row sum|; elsewhere how far the sum and the same sum
