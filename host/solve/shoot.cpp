@@ -72,7 +72,8 @@ std::uint64_t trace_column(SolveState& state, std::uint32_t patch, std::uint32_t
   }
   find_occluded(state, samples, n, receivers);
   weigh(state, shooter, samples, n, receivers, first, column);
-  return std::uint64_t(receivers) * n;
+  // What the engine counts, without the wait that asking it costs; where nothing occludes it traces none.
+  return state.occlusion ? std::uint64_t(receivers) * n : 0;
 }
 
 void deliver_to_vertices(SolveState& state, const RealArray& column, const RealArray& shot,
