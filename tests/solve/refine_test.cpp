@@ -183,6 +183,12 @@ TEST(Refine, RaysAreShotPatchesTimesNewVerticesInFrontTimesSamples) {
   }
   EXPECT_EQ(s.report.refinement.rays, rays);
   EXPECT_GT(rays, 0u);
+
+  options.without = {"occlusion"};
+  const Solution open = solve(device, scene, options);
+  EXPECT_GT(open.report.refinement.vertices_added, 0u);
+  EXPECT_EQ(open.report.refinement.rays, 0u);
+  EXPECT_EQ(open.report.rays, 0u);
 }
 
 TEST(Refine, EachLimitStopsItAndIsReported) {
