@@ -35,6 +35,9 @@ constexpr double ending_s = 0.05;
 // A next solve takes at most this many times the last one's time: what the last one said of the error is too far off beyond.
 constexpr double longest_step = 12;
 constexpr int most_solves = 8;
+// Unshot light that makes more of the error than this share of what is aimed at is shot on, down to the second share: it is cheap,
+// and how much error goes with it depends on the scene (where most light leaves, more).
+constexpr double much_unshot = 0.25, little_unshot = 0.15, least_converge = 1e-7;
 // A step that brings the error down by less was in vain; so many in a row are enough.
 constexpr double worth_a_step = 0.9;
 constexpr int most_in_vain = 2;
@@ -44,6 +47,7 @@ struct Setting {
   double patch_edge_m = 0;
   int level = 2;  // elements are patches / 2^level
   std::uint32_t samples = 4, light_samples = 256, sensor_rays = 1024;
+  double converge = INFINITY;  // at most
   double element_edge_m() const { return std::ldexp(patch_edge_m, -level); }
 };
 
@@ -51,12 +55,13 @@ struct Setting {
 struct OutOfTime {};
 
 struct TargetErrors {
-  double receiving = 0, shooting = 0, visibility = 0, rest = 0;  // RMS over the scene
+  double receiving = 0, shooting = 0, visibility = 0, unshot = 0, rest = 0;  // RMS over the scene
   double seen = 0, sampling = 0;  // at sensors: by the solution's own error, by rays
   bool at_sensors = false;
   double total() const {
     if (at_sensors) return std::hypot(seen, sampling);
-    return std::sqrt(receiving * receiving + shooting * shooting + visibility * visibility + rest * rest);
+    return std::sqrt(receiving * receiving + shooting * shooting + visibility * visibility + unshot * unshot +
+                     rest * rest);
   }
 };
 
@@ -89,8 +94,8 @@ TargetErrors errors_of(const Solution& s, const SolveOptions& o) {
   const Report& r = s.report;
   TargetErrors e;
   e.receiving = error_part(r, "mesh-receive"), e.shooting = error_part(r, "mesh-shoot"),
-  e.visibility = error_part(r, "visibility");
-  const double known = std::hypot(e.receiving, e.shooting, e.visibility);
+  e.visibility = error_part(r, "visibility"), e.unshot = error_part(r, "convergence");
+  const double known = std::hypot(std::hypot(e.receiving, e.shooting, e.visibility), e.unshot);
   e.rest = std::sqrt(std::max(0.0, r.error.total_relative * r.error.total_relative - known * known));
   e.at_sensors = aims_at_sensors(o);
   if (!e.at_sensors) return e;
@@ -117,6 +122,7 @@ struct Cost {
   MeshSize before;       // without backs and subdivision, as candidates are counted
   double uncovered = 1;  // of the vertices
   std::uint64_t sensors = 0;
+  double unshot_relative = 0;
   double total() const { return shooting_s + sensors_s; }
 };
 
@@ -205,22 +211,34 @@ void each_finer(const Scene& scene, const Setting& at, bool sensors, Visit visit
     }
 }
 
+// Less unshot light, where that makes much of the error; says whether. At sensors it is part of what they see, and not told apart.
+bool shoot_on(Setting& setting, TargetErrors& errors, double unshot_relative, double target) {
+  const double aim = target > 0 ? target : errors.total();
+  if (errors.at_sensors || errors.unshot <= much_unshot * aim) return false;
+  const double converge = unshot_relative * little_unshot * aim / errors.unshot;
+  if (converge < least_converge) return false;
+  setting.converge = converge;
+  errors.unshot = little_unshot * aim;
+  return true;
+}
+
 struct NextSetting {
   Setting setting;
   TargetErrors errors;  // these and the rest foretold
   double error, seconds;
 };
 
-std::optional<NextSetting> next_setting(const Scene& scene, const TargetErrors& errors, const Setting& at,
-                                        const Cost& cost, double target, double seconds_left,
-                                        double longest = longest_step) {
+std::optional<NextSetting> next_setting(const Scene& scene, TargetErrors errors, Setting at, const Cost& cost,
+                                        double target, double seconds_left, double longest = longest_step) {
+  const double before = errors.total();
+  const bool again = shoot_on(at, errors, cost.unshot_relative, target);
   const double aim = target * (errors.at_sensors ? aim_at_sensors : aim_all_over);
   std::optional<NextSetting> best;
   double best_cost = 0;
   const double most_seconds = std::min(seconds_left * share_of_time_left, longest * cost.total());
   each_finer(scene, at, errors.at_sensors, [&](const Setting& next, const MeshSize& counted) {
     const MeshSize mesh = grown(cost, counted);
-    if (counted.patches == cost.before.patches && counted.elements == cost.before.elements &&
+    if (!again && counted.patches == cost.before.patches && counted.elements == cost.before.elements &&
         next.samples == at.samples && next.sensor_rays == at.sensor_rays)
       return;
     const double seconds = predicted_seconds(cost, at, next, mesh);
@@ -228,7 +246,7 @@ std::optional<NextSetting> next_setting(const Scene& scene, const TargetErrors& 
     const TargetErrors then = predicted(errors, at, cost, next, mesh);
     const double error = then.total();
     const bool meets = target > 0 && error <= aim, best_meets = target > 0 && best && best->error <= aim;
-    if (!meets && error > (target > 0 ? 0.75 : 0.9) * errors.total()) return;
+    if (!meets && error > (target > 0 ? 0.75 : 0.9) * before) return;
     // Where none meets the target: the most for the time.
     const double cost_of_error = target > 0 ? error * std::pow(seconds, 0.4) : error;
     const bool better = !best                 ? true
@@ -245,6 +263,7 @@ SolveOptions with_setting(const SolveOptions& options, const Setting& setting) {
   o.target_error = 0, o.time_budget_s = 0, o.error = true;
   // What is left unshot is to be no part of the error to speak of.
   if (options.target_error > 0) o.converge = std::min(o.converge, 0.1 * options.target_error);
+  o.converge = std::min(o.converge, setting.converge);
   o.mesh.patch_edge_m = setting.patch_edge_m;
   o.mesh.element_edge_m = setting.element_edge_m();
   o.samples = setting.samples, o.light_samples = setting.light_samples, o.sensor_rays = setting.sensor_rays;
@@ -290,6 +309,7 @@ Cost cost_of(const Scene& scene, const Solution& s, double seconds, double& sens
                vertices + elements - double(s.scene.polygons.size())};
   cost.uncovered = 1 - double(covered) / double(std::max(1u, s.vertex_count()));
   cost.sensors = s.sensors.size();
+  cost.unshot_relative = s.unshot_relative;
   return cost;
 }
 

@@ -43,6 +43,25 @@ TEST(Target, AnErrorAtSensorsIsMet) {
   }
 }
 
+// Of the light of a sky most leaves again, so that a thousandth of it unshot is more of the error than of the light.
+TEST(Target, LightIsShotOnWhereWhatIsUnshotIsMuchOfTheError) {
+  const Scene scene = load_scene(CLRAD_SCENES "/window.obj");
+  const auto unshot = [](const Solution& s) {
+    for (const ErrorPart& p : s.report.error.parts)
+      if (p.name == "convergence") return p.relative;
+    return 0.0;
+  };
+  SolveOptions o;
+  o.target_error = 0.01;
+  const Solution s = solve(target_device(), scene, o);
+  EXPECT_TRUE(s.report.target.met);
+  // Aimed at 0.15 of the target; the estimate is good to a factor of two.
+  EXPECT_LT(unshot(s), 2 * 0.15 * o.target_error);
+  // Elsewhere a tenth of the target unshot would do, which is what is taken at first.
+  o.target_error = 0, o.converge = 0.001, o.mesh = {s.mesh.patch_edge_m, s.mesh.element_edge_m};
+  EXPECT_GT(unshot(solve(target_device(), scene, o)), 2 * 0.15 * 0.01);
+}
+
 // Errors of a mesh hang on where its nodes fall, and estimates are good to a factor: a half to three times (README) the one foretold.
 TEST(Target, AForecastsSettingsGiveTheErrorThatItForetells) {
   const Scene scene = oracle::block_room();
