@@ -139,8 +139,8 @@ void BundleTracer::test(std::uint32_t pieces, Array<std::uint64_t>& sums) {
     const auto stage = device_.stage("allocate candidates");
     allocate_into(device_, p.counts.buffer(), pieces, scratch_.pairs, "candidates");
     const std::uint32_t items = tally_items(device_);
-    device_.run(bundle_kernels, "bundle_tally", items, items, pieces, p.cell, p.low, grid_.frame, grid_.held,
-                sums);
+    device_.run_local(bundle_kernels, "bundle_tally", items, tally_group(device_), items, pieces, p.cell,
+                      p.low, grid_.frame, grid_.held, sums);
   }
   const auto stage = device_.stage("intersect rays with candidates");
   const std::uint32_t slots = scratch_.pairs.total;

@@ -23,6 +23,11 @@ inline std::uint32_t tally_items(const Device& device) {
   return device.info().gpu ? 1u << 14 : 64;
 }
 
+/// How many of them make a work-group (0: as many as usual): all 64 in one would keep a CPU's other cores idle.
+inline unsigned tally_group(const Device& device) {
+  return device.info().gpu ? 0 : 1;
+}
+
 class BundleTracer {
  public:
   /// What it reads has to outlive it. slab: cells in the first wave, 0 for one wave. packets: as chop_packets writes them.

@@ -295,8 +295,9 @@ class Chop final : public ChopEngine {
     {
       const auto stage = device_.stage("allocate candidates");
       allocate_into(device_, p.counts.buffer(), pieces, scratch_.pairs, "candidates");
-      device_.run(chop_kernels, "chop_tally_candidates", tally_items_, tally_items_, pieces, p.cell, p.t0,
-                  p.t1, p.counts, grid_.frame, grid_.held, batch_sums_);
+      device_.run_local(chop_kernels, "chop_tally_candidates", tally_items_, tally_group(device_),
+                        tally_items_, pieces, p.cell, p.t0, p.t1, p.counts, grid_.frame, grid_.held,
+                        batch_sums_);
     }
     const std::uint32_t slots = scratch_.pairs.total;
     if (slots == 0) return;
@@ -320,8 +321,8 @@ class Chop final : public ChopEngine {
                   scratch_.from, scratch_.to, run_, pairs_, scratch_.doubt, scratch_.slot_t,
                   scratch_.slot_triangle);
       if (n)
-        device_.run(chop_kernels, "chop_tally_exact", tally_items_, tally_items_, n, scratch_.doubtful,
-                    scratch_.doubt, batch_sums_);
+        device_.run_local(chop_kernels, "chop_tally_exact", tally_items_, tally_group(device_), tally_items_,
+                          n, scratch_.doubtful, scratch_.doubt, batch_sums_);
     }
     const auto stage = device_.stage("nearest hit of each ray");
     follow(rays, axes_.empty(), scratch_.pairs.offsets);
