@@ -64,16 +64,21 @@ Variation variation_of(const Solution& solution) {
 std::vector<CheckPoint> points_in_elements(const Solution& solution, std::uint32_t count, Random& random) {
   const Mesh& mesh = solution.mesh;
   const Variation variation = variation_of(solution);
-  // Where nothing varies there are a fifth as many points as where it does by as much as there is light.
-  // Next to the foot of what stands on a surface values are filled in, and off by as much as half of all light.
-  constexpr double least = 0.2, at_foot = 4;
-  std::vector<double> draw(mesh.elements.size());
+  // Half the points are drawn by area; the others by the square of what irradiance varies by over an element, as an error of that
+  // size counts in the RMS: a few elements at the corners of what stands on a surface can be most of it.
+  // Next to the foot of what stands there values are filled in, and off by as much as all light.
+  constexpr double by_variation = 0.5, at_foot = 1;
+  std::vector<double> draw(mesh.elements.size(), 0);
+  double area = 0, varying = 0;
   for (std::size_t e = 0; e < draw.size(); ++e) {
-    const double varies = variation.partly_covered[e] ? at_foot
-                          : variation.mean > 0 ? std::min(1.0, variation.of_element[e] / variation.mean)
-                                               : 0;
-    draw[e] = variation.exposed_area[e] * (least + varies);
+    if (variation.mean > 0)
+      draw[e] = std::max(variation.partly_covered[e] ? at_foot : 0, variation.of_element[e] / variation.mean);
+    draw[e] *= draw[e] * variation.exposed_area[e];
+    area += variation.exposed_area[e], varying += draw[e];
   }
+  for (std::size_t e = 0; e < draw.size(); ++e)
+    draw[e] = (varying > 0 ? by_variation * draw[e] / varying : 0) +
+              (area > 0 ? (1 - by_variation) * variation.exposed_area[e] / area : 0);
   std::vector<CheckPoint> points;
   double weights = 0;
   for (const std::uint32_t e : drawn(draw, count, random)) {
