@@ -4,9 +4,11 @@
 #include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <map>
 
 #include "clrad/primitives.hpp"
 #include "device/grow.hpp"
+#include "solve/seen_places.hpp"
 #include "solve/transmission.hpp"
 
 namespace clrad {
@@ -18,9 +20,11 @@ constexpr double first_share = 0.125;
 // Vertices get as many rays as the sensors altogether, but each no fewer than this (where a sensor has more than a few), nor more than a share of
 // what a sensor gets.
 constexpr std::uint64_t fewest_vertex_rays = 256, sensor_per_vertex_rays = 4;
+// Shared out alike they are this part of that; what sensors see most of doubles them at most, and errors stay all but the same.
+constexpr std::uint32_t alike_part = 4;
 constexpr std::uint64_t most_patches_per_ray = 2, most_vertex_work = 4, always_vertex_work = 1 << 22;
-// See gather_at_vertices().
-constexpr double most_alike = 2.5;
+// Rays by which is found which vertices sensors see most of: from each sensor, and altogether.
+constexpr std::uint32_t most_looks = 256, fewest_looks = 16, all_looks = 1u << 16;
 
 // A sensor within the grid's rounding of a polygon that faces its way lies on it, and ignores its plane.
 std::uint32_t plane_under(const Solution& solution, std::span<const std::uint32_t> planes,
@@ -88,6 +92,15 @@ class Gather {
                 error, first, count, around_.patches, bands_, open_, std::uint32_t(way_.few));
   }
 
+  /// Adds where their rays end.
+  void look(std::uint32_t first, std::uint32_t count, RayEnds& ends) {
+    first_ = first;
+    find_pairs(count);
+    ends_of_rays_ = &ends;
+    cast(way_.rays, 1);
+    ends_of_rays_ = nullptr;
+  }
+
  private:
   Device& device_;
   const Surroundings& around_;
@@ -97,6 +110,7 @@ class Gather {
   const Glass* const glass_;
   Lights* const lights_;
   const std::uint32_t bands_, colours_, open_;
+  RayEnds* ends_of_rays_ = nullptr;  // null: they are not looked at
   std::uint32_t first_ = 0;
   Allocation pairs_;
   Array<std::uint32_t> counts_, segments_, ray_counts_, done_;  // of pairs
@@ -162,6 +176,22 @@ class Gather {
                 around_.depth);
     device_.run(sensor_kernels, "sensor_tally", pairs_.total, rays.offsets, ray_weight_, found_, factor_,
                 moments_, done_, pairs_.total, rays.total, bands_);
+    if (ends_of_rays_) note_ends(rays);
+  }
+
+  void note_ends(const Allocation& rays) {
+    const std::uint32_t total = rays.total;
+    Array<std::uint32_t> element(device_, total, "rays' ends"), vertex(device_, 8ull * total, "rays' ends");
+    RealArray weight(device_, 16ull * total, "rays' ends"), share(device_, total, "rays' ends");
+    device_.run(sensor_kernels, "sensor_ends", total, pairs_.owner, rays.owner, place_, ray_weight_, moments_,
+                masks_, around_.quads, around_.reflects, around_.patch_first, around_.code, around_.level,
+                around_.vertex, around_.middle, element, vertex, weight, share, total, around_.patches,
+                around_.depth);
+    const auto pair = rays.owner.download(0, total), owner = pairs_.owner.download(0, pairs_.total);
+    for (const std::uint32_t p : pair) ends_of_rays_->sensor.push_back(first_ + owner[p] / around_.patches);
+    const auto append = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
+    append(ends_of_rays_->element, element.download()), append(ends_of_rays_->vertex, vertex.download());
+    append(ends_of_rays_->weight, weight.download()), append(ends_of_rays_->share, share.download());
   }
 
   void ask_lamps(const Allocation& rays) {
@@ -189,6 +219,30 @@ class Gather {
     return irradiance;
   }
 };
+
+std::uint32_t points_at_a_time(const Device& device, const Solution& solution, const Surroundings& around,
+                               std::uint32_t count, std::uint32_t rays, std::uint64_t most_bytes) {
+  const std::uint64_t room = std::min(
+      most_bytes, (device.ledger()->limit - std::min(device.ledger()->limit, device.ledger()->held)) / 4);
+  // Rays dominate: three points, weights, masks and owners take some 200 bytes each in float, what is found 4 a band, in double twice
+  // that.
+  const std::uint64_t per_point =
+      (std::uint64_t(rays) + 4 * std::uint64_t(around.patches)) * (400 + 16 * std::uint64_t(solution.bands));
+  return std::uint32_t(std::clamp<std::uint64_t>(
+      room / per_point, 1, std::min<std::uint64_t>(count, (1u << 30) / around.patches)));
+}
+
+// Where rays from `points` end.
+RayEnds look_from(Device& device, const Solution& solution, const Surroundings& around,
+                  const PointArray& points, VisibilityEngine& engine, const Way& way, const Glass* glass) {
+  const auto count = std::uint32_t(points.size());
+  const std::uint32_t batch = points_at_a_time(device, solution, around, count, way.rays, ~std::uint64_t(0));
+  RayEnds ends;
+  Gather gather(device, solution, around, points, engine, way, glass, nullptr);
+  for (std::uint32_t first = 0; first < count; first += batch)
+    gather.look(first, std::min(batch, count - first), ends);
+  return ends;
+}
 
 // Vertices that nothing covers, and behind them the middles of the edges between them.
 struct Places {
@@ -219,27 +273,89 @@ std::uint32_t vertex_rays(std::uint64_t places, std::uint64_t sensors, std::uint
   return too_many ? 0 : std::uint32_t(each);
 }
 
-// The same rays, fewer of them, from the vertices and from the middles of edges: what comes to a sensor by one surface is then off by what
-// the mesh says of light after two more, and no longer by what the averages of patches hide of the first; and next to the edges of
-// walls, where this falls steeply, it is interpolated by parabolas. Where patches are so many that each would hardly get a ray the mesh
-// shows that itself. Returns the standard error that the rays of vertices leave at a sensor, relative to its irradiance: what
-// independent errors leave in a mean over a sixth of all places (over seeds, in rooms of 800 to 9000 places, over a twelfth to a fifth).
-double gather_at_vertices(Device& device, const Solution& solution, Surroundings& around,
-                          VisibilityEngine& engine, Way way, std::uint64_t sensors, const Glass* glass,
-                          Lights* lights) {
-  way.seed = ~way.seed;
-  way.without_lamps = true;
-  way.few = true;
-  way.first_share = 1;  // too few to tell what varies
-  const Places places = places_of(solution, around.edges);
-  if (places.points.empty()) return 0;
-  way.rays = vertex_rays(places.points.size(), sensors, way.rays);
-  if (way.rays == 0 || around.patches > most_patches_per_ray * way.rays) return 0;
-  const PointArray at(device, places.points, "vertices");
-  RealArray irradiance(device, places.points.size() * solution.bands, "irradiance of vertices"),
-      error(device, places.points.size() * solution.bands, "irradiance of vertices");
-  gather_at(device, solution, around, at, engine, way, glass, lights, irradiance, error);
-  const std::vector<double> found = irradiance.download(), off = error.download();
+PlaceNumbers numbers_of(const Places& places, const Surroundings& around) {
+  PlaceNumbers n{places.points.size(), std::vector<std::uint32_t>(around.vertices, 0xffffffffu),
+                 std::vector<std::uint32_t>(around.edge_count, 0xffffffffu)};
+  for (std::uint32_t i = 0; i < places.vertices.size(); ++i) n.of_vertex[places.vertices[i]] = i;
+  for (std::uint32_t i = 0; i < places.edges.size(); ++i)
+    n.of_edge[places.edges[i]] = std::uint32_t(places.vertices.size()) + i;
+  return n;
+}
+
+// Of each element, the mean of the bands.
+std::vector<double> mean_reflectances(const Solution& solution) {
+  const std::size_t elements = solution.mesh.elements.size();
+  std::vector<double> result(elements, 0);
+  for (std::size_t e = 0; e < elements; ++e)
+    for (std::uint32_t b = 0; b < solution.bands; ++b)
+      result[e] += (solution.textured.element.empty()
+                        ? solution.material_of(solution.mesh.patches[solution.mesh.elements[e].patch].polygon)
+                              .reflectance[b]
+                        : solution.textured.element[b * elements + e]) /
+                   solution.bands;
+  return result;
+}
+
+// Irradiance without what comes straight from lamps, bands summed, as the solution has it.
+std::vector<double> irradiance_of(const Places& places, const Solution& solution, const Edges& edges,
+                                  const LampLight& lamps) {
+  std::vector<double> of_vertex(solution.vertex_count(), 0);
+  for (std::size_t i = 0; i < solution.vertex_irradiance.size(); ++i)
+    of_vertex[i % of_vertex.size()] +=
+        solution.vertex_irradiance[i] - (lamps.vertex.empty() ? 0 : lamps.vertex[i]);
+  std::vector<double> result;
+  result.reserve(places.points.size());
+  for (const std::uint32_t v : places.vertices) result.push_back(of_vertex[v]);
+  for (const std::uint32_t e : places.edges)
+    result.push_back((of_vertex[edges.ends[e][0]] + of_vertex[edges.ends[e][1]]) / 2);
+  return result;
+}
+
+// Every `step`-th sensor, each with some rays.
+struct Look {
+  std::vector<Point> points;
+  std::uint32_t step = 1, rays = most_looks;
+  explicit Look(std::span<const Point> sensors) {
+    const std::size_t most = all_looks / fewest_looks;
+    step = std::uint32_t((sensors.size() + most - 1) / most);
+    for (std::size_t i = 0; i < sensors.size(); i += step) points.push_back(sensors[i]);
+    rays = std::clamp(std::uint32_t(all_looks / points.size()), fewest_looks, most_looks);
+  }
+};
+
+// H at each of `places` with its own number of rays, and the standard errors of it, [place * bands + band].
+struct Found {
+  std::vector<double> irradiance, error;
+};
+Found gather_at_places(Device& device, const Solution& solution, const Surroundings& around,
+                       VisibilityEngine& engine, Way way, const Glass* glass, Lights* lights,
+                       const Places& places, const std::vector<std::uint32_t>& rays) {
+  const std::size_t bands = solution.bands;
+  Found found{std::vector<double>(places.points.size() * bands),
+              std::vector<double>(places.points.size() * bands)};
+  std::map<std::uint32_t, std::vector<std::uint32_t>> alike;  // places of so many rays
+  for (std::uint32_t i = 0; i < rays.size(); ++i) alike[rays[i]].push_back(i);
+  for (const auto& [count, members] : alike) {
+    std::vector<Point> points;
+    points.reserve(members.size());
+    for (const std::uint32_t i : members) points.push_back(places.points[i]);
+    const PointArray at(device, points, "vertices");
+    RealArray irradiance(device, points.size() * bands, "irradiance of vertices"),
+        error(device, points.size() * bands, "irradiance of vertices");
+    way.rays = count;
+    gather_at(device, solution, around, at, engine, way, glass, lights, irradiance, error);
+    const std::vector<double> h = irradiance.download(), e = error.download();
+    for (std::size_t k = 0; k < members.size(); ++k)
+      for (std::size_t b = 0; b < bands; ++b) {
+        found.irradiance[members[k] * bands + b] = h[k * bands + b];
+        found.error[members[k] * bands + b] = e[k * bands + b];
+      }
+  }
+  return found;
+}
+
+void interpolate_found(Surroundings& around, Device& device, const Solution& solution, const Places& places,
+                       const std::vector<double>& found) {
   std::vector<double> by_vertex(std::size_t(solution.bands) * around.vertices),
       bend(std::size_t(solution.bands) * around.edge_count);
   for (std::uint32_t b = 0; b < solution.bands; ++b) {
@@ -255,12 +371,41 @@ double gather_at_vertices(Device& device, const Solution& solution, Surroundings
     }
   }
   interpolate(around, device, solution, std::move(by_vertex), std::move(bend));
-  double all = 0, all_off = 0;
-  for (std::size_t i = 0; i < found.size(); ++i) all += found[i] * found[i], all_off += off[i] * off[i];
-  // sqrt(6 / places), and never more than half: as much of the light at least comes straight, or by one surface, from lamps.
-  return all > 0
-             ? std::sqrt(all_off / all) * std::min(0.5, most_alike / std::sqrt(double(places.points.size())))
-             : 0;
+}
+
+// The same rays, fewer of them, from the vertices and from the middles of edges: what comes to a sensor by one surface is then off by what
+// the mesh says of light after two more, and no longer by what the averages of patches hide of the first; and next to the edges of
+// walls, where this falls steeply, it is interpolated by parabolas. Where sensors see most the rays are more: one next to a wall may see
+// little but two vertices. Where patches are so many that each vertex would hardly get a ray the mesh shows that itself.
+// Returns the square of the error that all this leaves at sensors, [sensor * bands + band]; nothing where light is not gathered anew.
+std::vector<double> gather_at_vertices(Device& device, const Solution& solution, Surroundings& around,
+                                       VisibilityEngine& engine, Way way, std::span<const Point> sensors,
+                                       const Glass* glass, Lights* lights, const LampLight& lamps) {
+  way.seed = ~way.seed;
+  way.without_lamps = true;
+  way.few = true;
+  way.first_share = 1;  // too few to tell what varies
+  const Places places = places_of(solution, around.edges);
+  if (places.points.empty()) return {};
+  const std::uint32_t each = vertex_rays(places.points.size(), sensors.size(), way.rays), most = way.rays;
+  if (each == 0 || around.patches > most_patches_per_ray * each) return {};
+  const Look look(sensors);
+  Way looking = way;
+  looking.rays = look.rays, looking.asks = false;
+  const RayEnds ends =
+      look_from(device, solution, around, PointArray(device, look.points, "sensors"), engine, looking, glass);
+  const SeenPlaces seen(ends, around.edges, numbers_of(places, around), mean_reflectances(solution));
+  const Found found = gather_at_places(device, solution, around, engine, way, glass, lights, places,
+                                       seen.rays_for(irradiance_of(places, solution, around.edges, lamps),
+                                                     std::max(1u, each / alike_part), most));
+  interpolate_found(around, device, solution, places, found.irradiance);
+  const std::size_t bands = solution.bands;
+  std::vector<double> square(sensors.size() * bands);
+  for (std::size_t b = 0; b < bands; ++b) {
+    const std::vector<double> of = seen.error_square(found.error, bands, b, look.points.size());
+    for (std::size_t s = 0; s < sensors.size(); ++s) square[s * bands + b] = of[s / look.step];
+  }
+  return square;
 }
 
 }  // namespace
@@ -269,14 +414,7 @@ void gather_at(Device& device, const Solution& solution, const Surroundings& aro
                VisibilityEngine& engine, const Way& way, const Glass* glass, Lights* lights,
                RealArray& irradiance, RealArray& error, std::uint64_t most_bytes) {
   const auto count = std::uint32_t(points.size());
-  const std::uint64_t room = std::min(
-      most_bytes, (device.ledger()->limit - std::min(device.ledger()->limit, device.ledger()->held)) / 4);
-  // Rays dominate: three points, weights, masks and owners take some 200 bytes each in float, what is found 4 a band, in double twice
-  // that.
-  const std::uint64_t per_point = (std::uint64_t(way.rays) + 4 * std::uint64_t(around.patches)) *
-                                  (400 + 16 * std::uint64_t(solution.bands));
-  const auto batch = std::uint32_t(std::clamp<std::uint64_t>(
-      room / per_point, 1, std::min<std::uint64_t>(count, (1u << 30) / around.patches)));
+  const std::uint32_t batch = points_at_a_time(device, solution, around, count, way.rays, most_bytes);
   Gather gather(device, solution, around, points, engine, way, glass, lights);
   for (std::uint32_t first = 0; first < count; first += batch)
     gather.run(first, std::min(batch, count - first), irradiance, error);
@@ -326,17 +464,17 @@ std::vector<SensorResult> gather_at_sensors(Device& device, const Solution& solu
   Surroundings around = surroundings_of(device, solution, planes, lamps);
   const auto seed = std::uint32_t(options.seed);
   const Way way{options.sensor_rays, seed, false, lamps != nullptr, false, first_share};
-  double of_vertices = 0;
+  std::vector<double> of_vertices;
   if (lamps && lamps->interreflection && around.any_reflects)
-    of_vertices = gather_at_vertices(device, solution, around, engine, way, sensors, glass, lights);
-  if (regathered) *regathered = of_vertices > 0;
+    of_vertices = gather_at_vertices(device, solution, around, engine, way, points, glass, lights, *lamps);
+  if (regathered) *regathered = !of_vertices.empty();
   RealArray irradiance(device, std::uint64_t(sensors) * solution.bands, "sensor irradiance");
   RealArray error(device, std::uint64_t(sensors) * solution.bands, "sensor errors");
   gather_at(device, solution, around, sensor, engine, way, glass, lights, irradiance, error);
 
   auto h = irradiance.download();
   auto e = error.download();
-  for (std::size_t i = 0; i < e.size(); ++i) e[i] = std::hypot(e[i], of_vertices * h[i]);
+  for (std::size_t i = 0; i < of_vertices.size(); ++i) e[i] = std::sqrt(e[i] * e[i] + of_vertices[i]);
   if (lights) add_light_of(*lights, device, engine, sensor, solution.bands, h);
   std::vector<SensorResult> results;
   for (std::uint32_t s = 0; s < sensors; ++s) {

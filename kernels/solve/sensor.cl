@@ -305,6 +305,13 @@ __kernel void sensor_lamps_seen(__global const uint* asking, __global const uint
     light[(ulong)c * rays + i] = glass ? brings * passes[(ulong)c * count + k] : brings;
 }
 
+/* The place (u, v) in a patch as clrad_leaf_in_patch() takes it; a triangle's last corner is two of the four. */
+static void patch_place(REAL u, REAL v, uint quad, REAL* at) {
+  at[0] = quad ? u : (1 - v) * (1 - u);
+  at[1] = quad ? v : (1 - v) * u;
+  at[2] = quad ? 0 : v;
+}
+
 /* found[band][ray] = V B. Tables of the quadtree as in shared/leaf.cl; irradiance[band][vertex] and bend[band][edge] without what
  * lamps bring; depth: the deepest level; emitted[band][patch], rho[band][element], lamp_exitance[band][lamp]; from_lights[band][ray]. */
 __kernel void sensor_found(__global const uint* pair_owner, __global const uint* ray_owner, __global const REAL* place,
@@ -323,13 +330,8 @@ __kernel void sensor_found(__global const uint* pair_owner, __global const uint*
   REAL weights[CLRAD_LEAF_VERTICES], bends[CLRAD_LEAF_EDGES];
   uint vertices_of[CLRAD_LEAF_VERTICES], element = 0;
   if (lit) {
-    const REAL u = place[2 * i], v = place[2 * i + 1];
-    REAL at[3] = {u, v, 0};
-    if (!quads[patch]) { /* its last corner is two of the four */
-      at[0] = (1 - v) * (1 - u);
-      at[1] = (1 - v) * u;
-      at[2] = v;
-    }
+    REAL at[3];
+    patch_place(place[2 * i], place[2 * i + 1], quads[patch], at);
     element = clrad_leaf_in_patch(at, depth, patch, quads[patch] ? 4 : 3, patch_first, code, level, vertex, middle, vertices_of,
                                   weights, bends);
   }
@@ -349,6 +351,34 @@ __kernel void sensor_found(__global const uint* pair_owner, __global const uint*
     }
     found[row + i] = blocked ? 0 : glass ? x * passes[(ulong)(b % colours) * rays + i] : x;
   }
+}
+
+/* Where rays end: element[ray] (CLRAD_NONE if blocked, or if nothing is reflected), at_vertex[8 ray + k], at_weight[16 ray + k] of vertices and then of bends,
+ * and share[ray], what of a radiosity of 1 there comes to the sensor; after sensor_tally. */
+__kernel void sensor_ends(__global const uint* pair_owner, __global const uint* ray_owner, __global const REAL* place,
+                          __global const REAL* weight, __global const REAL* moments, __global const uint* masks,
+                          __global const uint* quads, __global const uint* reflects, __global const uint* patch_first,
+                          __global const uint* code, __global const uint* level, __global const uint* vertex,
+                          __global const uint* middle, __global uint* at_element, __global uint* at_vertex,
+                          __global REAL* at_weight, __global REAL* share, uint rays, uint patches, uint depth) {
+  const uint i = get_global_id(0);
+  if (i >= rays) return;
+  const uint pair = ray_owner[i], patch = pair_owner[pair] % patches;
+  REAL weights[CLRAD_LEAF_VERTICES], bends[CLRAD_LEAF_EDGES];
+  uint vertices_of[CLRAD_LEAF_VERTICES];
+  share[i] = moments[pair] > 0 ? weight[i] / moments[pair] : 0;
+  at_element[i] = CLRAD_NONE;
+  if ((masks[i] & 1) || !reflects[patch]) return;
+  REAL at[3];
+  patch_place(place[2 * i], place[2 * i + 1], quads[patch], at);
+  at_element[i] = clrad_leaf_in_patch(at, depth, patch, quads[patch] ? 4 : 3, patch_first, code, level, vertex, middle,
+                                      vertices_of, weights, bends);
+  for (uint k = 0; k < CLRAD_LEAF_VERTICES; k++) {
+    at_vertex[(ulong)i * CLRAD_LEAF_VERTICES + k] = vertices_of[k];
+    at_weight[(ulong)i * (CLRAD_LEAF_VERTICES + CLRAD_LEAF_EDGES) + k] = weights[k];
+  }
+  for (uint k = 0; k < CLRAD_LEAF_EDGES; k++)
+    at_weight[(ulong)i * (CLRAD_LEAF_VERTICES + CLRAD_LEAF_EDGES) + CLRAD_LEAF_VERTICES + k] = bends[k];
 }
 
 /* Two points of the R2 sequence so many numbers apart are close neighbours (its turns are powers of the plastic ratio, so Padovan's
