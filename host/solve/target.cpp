@@ -25,9 +25,9 @@ constexpr double order_of_receiving = 1.2, order_of_shooting = 1.2, order_of_sam
                  order_of_visibility_in_patches = 0.5, order_of_sensor_rays = 0.6,
                  order_of_seen_in_elements = 0.8, order_of_seen_in_patches = 0.4;
 // Predictions are not exact: the next setting is to come out a little below the target, and well inside the time.
-constexpr double aim_at_sensors = 0.8, aim_all_over = 0.9, share_of_time_left = 0.75;
+constexpr double aim_at_sensors = 0.85, aim_all_over = 0.9, share_of_time_left = 0.75;
 // The estimate at sensors is of few points and may be too low: while there is a way to, it is brought this far below the target.
-constexpr double enough_at_sensors = 0.85;
+constexpr double enough_at_sensors = 0.9;
 // What a sensor sees is off by this much more where the mesh is too fine for its vertices to be gathered anew.
 constexpr double without_vertices = 2.5;
 // The last part of a time budget: the program has to end, too.
