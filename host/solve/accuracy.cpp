@@ -56,20 +56,6 @@ struct Twice {
     }
     return std::max(0.0, m * m - std::max(0.0, by_chance));
   }
-  /// Standard error of the product, mean over bands.
-  double open() const {
-    double sum = 0;
-    for (std::uint32_t b = 0; b < first.bands; ++b) {
-      const double mean = product(b);
-      double squares = 0;
-      for (std::size_t k = 0; k < first.points(); ++k) {
-        const std::size_t i = k * first.bands + b;
-        squares += std::pow(first.weight[k] * (first.all[i] * second.all[i] - mean), 2);
-      }
-      sum += std::sqrt(squares);
-    }
-    return sum / first.bands;
-  }
   /// Mean over bands of the square of the error that this difference makes: what is the same everywhere counts `amplification`
   /// times.
   double error_square(const std::vector<double>& amplification) const {
@@ -85,7 +71,8 @@ Twice minus(const Twice& a, const Twice& b) {
 }
 
 // What another way to make columns would have given at these vertices: by exact form factors, from the same samples.
-Values by_exact_factors(SolveState& state, const std::vector<std::uint32_t>& vertices) {
+Values by_exact_factors(SolveState& state, const CheckVertices& chosen) {
+  const std::vector<std::uint32_t>& vertices = chosen.vertex;
   SolveOptions options = state.options;
   options.estimator = Estimator::exact;
   std::vector<std::uint8_t> others(state.vertices, 1);
@@ -99,7 +86,7 @@ Values by_exact_factors(SolveState& state, const std::vector<std::uint32_t>& ver
     deliver_column(exact, column, state.total_shot, patch);
   }
   const std::vector<double> h = exact.vertex_irradiance.download();
-  Values values{state.bands, std::vector<double>(vertices.size(), 1.0 / double(vertices.size())), {}};
+  Values values{state.bands, chosen.weight, {}};
   for (const std::uint32_t v : vertices)
     for (std::uint32_t b = 0; b < state.bands; ++b)
       values.all.push_back(h[std::size_t(b) * state.vertices + v]);
@@ -212,12 +199,12 @@ Effort effort_for(const SolveState& state, const SensorGather& gathered) {
   return {std::uint32_t(points), std::uint32_t(std::clamp(rays, double(fewest_rays), double(most_rays)))};
 }
 
-// Root of the sum of their squares, less `open` that was added to it.
-double of_mesh_and_rays(const std::vector<ErrorPart>& parts, double open_square = 0) {
-  double squares = -open_square;
+// Root of the sum of their squares.
+double of_mesh_and_rays(const std::vector<ErrorPart>& parts) {
+  double squares = 0;
   for (const ErrorPart& part : parts)
     if (!part.bound && part.name != "convergence") squares += part.relative * part.relative;
-  return std::sqrt(std::max(0.0, squares));
+  return std::sqrt(squares);
 }
 
 // How much of the surfaces' own RMS error a sensor sees beside what check points as far apart as they are resolve: next to an edge the
@@ -229,7 +216,7 @@ double share_of_local(const SolveState& state, bool regathered) {
 }
 
 void total_up(SolveState& state, Solution& solution, double mean, const std::vector<double>& seen_square,
-              const std::vector<double>& missing, double open_square, bool regathered) {
+              const std::vector<double>& missing, bool regathered) {
   auto& error = solution.report.error;
   double squares = 0;
   for (const ErrorPart& part : error.parts)
@@ -237,8 +224,7 @@ void total_up(SolveState& state, Solution& solution, double mean, const std::vec
   error.total_relative = std::sqrt(squares);
   if (solution.sensors.empty() || !(mean > 0)) return;
   const double reflected = mean_reflectance(state);
-  const double local =
-      mean * reflected * share_of_local(state, regathered) * of_mesh_and_rays(error.parts, open_square);
+  const double local = mean * reflected * share_of_local(state, regathered) * of_mesh_and_rays(error.parts);
   double all = 0, rays = 0, irradiance = 0;
   for (SensorResult& sensor : solution.sensors)
     for (std::uint32_t b = 0; b < state.bands; ++b) {
@@ -264,7 +250,8 @@ void estimate_error(SolveState& state, Solution& solution, const std::vector<dou
   const auto [count, rays] = effort_for(state, gathered);
   const std::uint32_t bands = solution.bands;
   Random random(state.options.seed);
-  const std::vector<std::uint32_t> vertices = vertices_by_area(solution, count / 2, random);
+  const CheckVertices chosen = check_vertices(solution, count / 2, random);
+  const std::vector<std::uint32_t>& vertices = chosen.vertex;
   std::vector<CheckPoint> inside = points_in_elements(solution, count, random);
   auto& parts = solution.report.error.parts;
   if (vertices.empty() || inside.empty()) return;
@@ -285,17 +272,17 @@ void estimate_error(SolveState& state, Solution& solution, const std::vector<dou
   const auto found = gather_for_check(state.device, solution, state.engine, state.total_shot.download(),
                                       state.interreflection, ways, state.glass,
                                       state.direct ? &state.direct->lights : nullptr);
-  const std::vector<double> alike(vertices.size(), 1.0 / double(vertices.size()));
   std::vector<double> weight;
   weight.reserve(inside.size());
   for (const CheckPoint& p : inside) weight.push_back(p.weight);
-  const Twice there{{bands, alike, found[0]}, {bands, alike, found[1]}},
-      there_flat{{bands, alike, found[2]}, {bands, alike, found[3]}};
+  const Twice there{{bands, chosen.weight, found[0]}, {bands, chosen.weight, found[1]}},
+      there_flat{{bands, chosen.weight, found[2]}, {bands, chosen.weight, found[3]}};
   Twice here{{bands, weight, found[4]}, {bands, weight, found[5]}};
   drop_covered(solution, here, inside);
 
   const Displayed displayed(solution, display_irradiance(solution));
-  Values shown{bands, here.first.weight, {}}, at_vertices{bands, alike, {}}, by_columns{bands, alike, {}};
+  Values shown{bands, here.first.weight, {}}, at_vertices{bands, chosen.weight, {}},
+      by_columns{bands, chosen.weight, {}};
   for (const CheckPoint& p : inside)
     for (std::uint32_t b = 0; b < bands; ++b) shown.all.push_back(displayed.at(b, p.where));
   for (const std::uint32_t v : vertices)
@@ -318,7 +305,7 @@ void estimate_error(SolveState& state, Solution& solution, const std::vector<dou
   Values sampled = by_columns;
   double factors = 0;
   if (state.options.estimator != Estimator::exact) {
-    sampled = by_exact_factors(state, vertices);
+    sampled = by_exact_factors(state, chosen);
     const Values by_factors = minus(by_columns, sampled);
     factors = Twice{by_factors, by_factors}.error_square(amplification);
   }
@@ -331,9 +318,8 @@ void estimate_error(SolveState& state, Solution& solution, const std::vector<dou
                           ? shooting.error_square(amplification)
                           : at_vertex.error_square(amplification) - factors - visibility;
   const double echo2 = std::pow(echo_of(state), 2);
-  // What so few points and rays leave open is added.
-  const double receiving = echo2 * (everywhere.error_square(amplification) + everywhere.open() -
-                                    at_vertex.error_square(amplification));
+  const double receiving =
+      echo2 * (everywhere.error_square(amplification) - at_vertex.error_square(amplification));
   parts.push_back({"form factor", relative(factors), false});
   parts.push_back({"visibility", relative(visibility), false});
   parts.push_back({"mesh-receive", relative(receiving), false});
@@ -346,8 +332,7 @@ void estimate_error(SolveState& state, Solution& solution, const std::vector<dou
   if (!solution.sensors.empty())
     seen = seen_error_square(state, solution, inside, everywhere.first.all, everywhere.second.all,
                              gathered.regathered);
-  total_up(state, solution, mean, seen, missing, echo2 * everywhere.open() / (mean * mean),
-           gathered.regathered);
+  total_up(state, solution, mean, seen, missing, gathered.regathered);
 }
 
 }  // namespace clrad

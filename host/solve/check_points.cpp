@@ -59,26 +59,36 @@ Variation variation_of(const Solution& solution) {
   return v;
 }
 
+// What irradiance varies by over each element, relative to its mean over the scene. Next to the foot of what stands on a surface values
+// are filled in, and off by as much as all light.
+std::vector<double> relative(const Variation& v) {
+  constexpr double at_foot = 1;
+  std::vector<double> result(v.of_element.size(), 0);
+  for (std::size_t e = 0; e < result.size() && v.mean > 0; ++e)
+    result[e] = std::max(v.partly_covered[e] ? at_foot : 0, v.of_element[e] / v.mean);
+  return result;
+}
+
+// How often to draw what has these areas: half as often as by them alone, and by the square of what irradiance varies by there, as an error
+// of that size counts in the RMS: a few elements at the corners of what stands on a surface can be most of it.
+std::vector<double> shares_of(const std::vector<double>& area, const std::vector<double>& variation) {
+  constexpr double by_variation = 0.5;
+  std::vector<double> share(area.size());
+  double all = 0, varying = 0;
+  for (std::size_t i = 0; i < area.size(); ++i)
+    share[i] = area[i] * variation[i] * variation[i], all += area[i], varying += share[i];
+  for (std::size_t i = 0; i < area.size(); ++i)
+    share[i] = (varying > 0 ? by_variation * share[i] / varying : 0) +
+               (all > 0 ? (1 - by_variation) * area[i] / all : 0);
+  return share;
+}
+
 }  // namespace
 
 std::vector<CheckPoint> points_in_elements(const Solution& solution, std::uint32_t count, Random& random) {
   const Mesh& mesh = solution.mesh;
   const Variation variation = variation_of(solution);
-  // Half the points are drawn by area; the others by the square of what irradiance varies by over an element, as an error of that
-  // size counts in the RMS: a few elements at the corners of what stands on a surface can be most of it.
-  // Next to the foot of what stands there values are filled in, and off by as much as all light.
-  constexpr double by_variation = 0.5, at_foot = 1;
-  std::vector<double> draw(mesh.elements.size(), 0);
-  double area = 0, varying = 0;
-  for (std::size_t e = 0; e < draw.size(); ++e) {
-    if (variation.mean > 0)
-      draw[e] = std::max(variation.partly_covered[e] ? at_foot : 0, variation.of_element[e] / variation.mean);
-    draw[e] *= draw[e] * variation.exposed_area[e];
-    area += variation.exposed_area[e], varying += draw[e];
-  }
-  for (std::size_t e = 0; e < draw.size(); ++e)
-    draw[e] = (varying > 0 ? by_variation * draw[e] / varying : 0) +
-              (area > 0 ? (1 - by_variation) * variation.exposed_area[e] / area : 0);
+  const std::vector<double> draw = shares_of(variation.exposed_area, relative(variation));
   std::vector<CheckPoint> points;
   double weights = 0;
   for (const std::uint32_t e : drawn(draw, count, random)) {
@@ -108,8 +118,21 @@ std::vector<CheckPoint> points_in_elements(const Solution& solution, std::uint32
   return points;
 }
 
-std::vector<std::uint32_t> vertices_by_area(const Solution& solution, std::uint32_t count, Random& random) {
-  return drawn(vertex_areas(solution.mesh, solution.vertex_covered), count, random);
+CheckVertices check_vertices(const Solution& solution, std::uint32_t count, Random& random) {
+  const Mesh& mesh = solution.mesh;
+  const std::vector<double> area = vertex_areas(mesh, solution.vertex_covered),
+                            of_element = relative(variation_of(solution));
+  std::vector<double> variation(area.size(), 0);
+  for (std::size_t e = 0; e < of_element.size(); ++e)
+    for (const std::uint32_t v : mesh.elements[e].vertex)
+      if (v != 0xffffffffu) variation[v] = std::max(variation[v], of_element[e]);
+  const std::vector<double> draw = shares_of(area, variation);
+  CheckVertices result{drawn(draw, count, random), {}};
+  double weights = 0;
+  for (const std::uint32_t v : result.vertex)
+    result.weight.push_back(area[v] / draw[v]), weights += result.weight.back();
+  for (double& w : result.weight) w /= weights;
+  return result;
 }
 
 }  // namespace clrad

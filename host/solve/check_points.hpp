@@ -21,7 +21,11 @@ struct CheckPoint {
 /// is wrong, and a few such places make up most of an RMS error. The mean over the surfaces of any value is the sum of weight x value.
 std::vector<CheckPoint> points_in_elements(const Solution& solution, std::uint32_t count, Random& random);
 
-/// `count` vertices, each as often as by the area that it stands for.
-std::vector<std::uint32_t> vertices_by_area(const Solution& solution, std::uint32_t count, Random& random);
+/// `count` vertices, drawn likewise from all that nothing covers, and the shares of the area that they stand for.
+struct CheckVertices {
+  std::vector<std::uint32_t> vertex;
+  std::vector<double> weight;
+};
+CheckVertices check_vertices(const Solution& solution, std::uint32_t count, Random& random);
 
 }  // namespace clrad
