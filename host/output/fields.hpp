@@ -108,11 +108,11 @@ void visit_fields(Visit& visit, M& part) {
 
 template <class Visit, OneOf<TargetStep> M>
 void visit_fields(Visit& visit, M& step) {
-  auto& [patch_edge, element_edge, samples, light_samples, sensor_rays, error, seconds, predicted_error,
-         predicted_seconds] = step;
+  auto& [patch_edge, element_edge, samples, light_samples, sensor_rays, converge, error, seconds,
+         predicted_error, predicted_seconds] = step;
   visit("patch_edge_m", patch_edge), visit("element_edge_m", element_edge), visit("samples", samples);
-  visit("light_samples", light_samples), visit("sensor_rays", sensor_rays), visit("error_relative", error);
-  visit("seconds", seconds), visit("predicted_error_relative", predicted_error);
+  visit("light_samples", light_samples), visit("sensor_rays", sensor_rays), visit("converge", converge);
+  visit("error_relative", error), visit("seconds", seconds), visit("predicted_error_relative", predicted_error);
   visit("predicted_seconds", predicted_seconds);
 }
 

@@ -82,6 +82,7 @@ Json target_json(const Report& report) {
                      {"samples", s.samples},
                      {"light_samples", s.light_samples},
                      {"sensor_rays", s.sensor_rays},
+                     {"converge", s.converge},
                      {"error_relative", s.error_relative},
                      {"seconds", s.seconds},
                      {"predicted_error_relative", s.predicted_error_relative},

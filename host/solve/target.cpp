@@ -409,7 +409,7 @@ Solution solve_to_target(const Scene& scene, const SolveOptions& options, const 
     const bool stopped = solution->stopped, helped = errors.total() < worth_a_step * error;
     if (!stopped || !best)
       steps.push_back({setting.patch_edge_m, setting.element_edge_m(), setting.samples, setting.light_samples,
-                       setting.sensor_rays, errors.total(), seconds, foretold_error, foretold_seconds});
+                       setting.sensor_rays, o.converge, errors.total(), seconds, foretold_error, foretold_seconds});
     // What was stopped is short of light, whatever its estimate says of the rest.
     if (!best || (!stopped && errors.total() < error)) error = errors.total(), best = std::move(solution);
     if (stopped) {

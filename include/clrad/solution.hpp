@@ -39,6 +39,7 @@ struct ErrorPart {
 struct TargetStep {
   double patch_edge_m = 0, element_edge_m = 0;
   std::uint32_t samples = 0, light_samples = 0, sensor_rays = 0;
+  double converge = 0;        ///< SolveOptions::converge
   double error_relative = 0;  ///< estimated
   double seconds = 0;
   /// What the steps before foretold of these two; NaN (null in JSON) of the first steps, which have none before.

@@ -35,7 +35,7 @@ Solution reported() {
   r.error.parts = {{"visibility", 0.01, false}, {"rounding", 1e-6, true}};
   r.predicted = {2.5, 150};
   r.target.error_relative = 0.01, r.target.met = false;
-  r.target.steps = {{0.5, 0.25, 4, 256, 1024, 0.03, 1.5}};
+  r.target.steps = {{0.5, 0.25, 4, 256, 1024, 0.001, 0.03, 1.5}};
   r.invariants = {{"row sums", 0.001, 0.01, true}};
   r.warnings = {"no light"};
   r.device_peak_bytes = 100, r.host_peak_bytes = 200;
@@ -78,7 +78,7 @@ TEST(ReportJson, HasTheKeysOfItsSchema) {
   EXPECT_FALSE(r["target"]["met"]);
   EXPECT_EQ(keys(r["target"]["steps"][0]),
             (Keys{"patch_edge_m", "element_edge_m", "samples", "light_samples", "sensor_rays",
-                  "error_relative", "seconds", "predicted_error_relative", "predicted_seconds"}));
+                  "converge", "error_relative", "seconds", "predicted_error_relative", "predicted_seconds"}));
   EXPECT_EQ(keys(r["error"]["parts"][0]), (Keys{"name", "relative", "kind"}));
   EXPECT_EQ(keys(r["invariants"][0]), (Keys{"name", "worst", "allowed", "holds"}));
   EXPECT_EQ(keys(r["memory"]), (Keys{"device_peak_bytes", "host_peak_bytes"}));

@@ -148,6 +148,28 @@ TEST(Target, GoesOnFromACheckpoint) {
   std::filesystem::remove(file);
 }
 
+// The step that was stopped shot on; the run that goes on with its mesh finds anew that it has to.
+TEST(Target, GoesOnFromACheckpointOfAStepThatShotOn) {
+  const Scene scene = load_scene(CLRAD_SCENES "/window.obj");
+  const std::string file = ::testing::TempDir() + "target_on.ck";
+  SolveOptions o;
+  o.target_error = 0.01;
+  o.checkpoint = file, o.checkpoint_every_s = 0;
+  o.progress = [](const Progress& p) { return !(p.stage.starts_with("step 3") && p.shoots > 20); };
+  const Solution stopped = solve(target_device(), scene, o);
+  EXPECT_FALSE(stopped.report.target.met);
+  ASSERT_EQ(stopped.report.target.steps.size(), 2u);
+  const CheckpointSettings left = settings_of_checkpoint(file);
+  o.progress = nullptr, o.resume = file;
+  const Solution s = solve(target_device(), scene, o);
+  EXPECT_TRUE(s.report.target.met);
+  const std::vector<TargetStep>& steps = s.report.target.steps;
+  EXPECT_EQ(steps.front().element_edge_m, left.element_edge_m);
+  // What a step takes at first is a tenth of the target.
+  EXPECT_LT(steps.back().converge, 0.1 * o.target_error);
+  std::filesystem::remove(file);
+}
+
 TEST(Target, AskingForWhatIsNotThereIsAUsageError) {
   const Scene scene = oracle::block_room();
   SolveOptions o;
