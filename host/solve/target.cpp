@@ -228,6 +228,13 @@ struct NextSetting {
   double error, seconds;
 };
 
+// Steps of a time budget: where the next one may not take all that is left, it is the one in the middle of two that grow alike, so that
+// another after it still fits in.
+double longest_of_budget(const Cost& cost, double seconds_left) {
+  const double growth = seconds_left * share_of_time_left / cost.total();
+  return growth > longest_step ? std::min(longest_step, std::sqrt(growth)) : longest_step;
+}
+
 std::optional<NextSetting> next_setting(const Scene& scene, TargetErrors errors, Setting at, const Cost& cost,
                                         double target, double seconds_left, double longest = longest_step) {
   const double before = errors.total();
@@ -409,7 +416,8 @@ Solution solve_to_target(const Scene& scene, const SolveOptions& options, const 
     const bool stopped = solution->stopped, helped = errors.total() < worth_a_step * error;
     if (!stopped || !best)
       steps.push_back({setting.patch_edge_m, setting.element_edge_m(), setting.samples, setting.light_samples,
-                       setting.sensor_rays, o.converge, errors.total(), seconds, foretold_error, foretold_seconds});
+                       setting.sensor_rays, o.converge, errors.total(), seconds, foretold_error,
+                       foretold_seconds});
     // What was stopped is short of light, whatever its estimate says of the rest.
     if (!best || (!stopped && errors.total() < error)) error = errors.total(), best = std::move(solution);
     if (stopped) {
@@ -428,7 +436,9 @@ Solution solve_to_target(const Scene& scene, const SolveOptions& options, const 
       continue;
     }
     const TargetErrors planned = foretold ? tempered(errors, *foretold) : errors;
-    const auto next = next_setting(scene, planned, setting, cost, enough(options), budget - elapsed());
+    const double left = budget - elapsed();
+    const auto next = next_setting(scene, planned, setting, cost, enough(options), left,
+                                   options.target_error > 0 ? longest_step : longest_of_budget(cost, left));
     if (!next) {
       why = std::isfinite(budget) ? "nothing finer fits into the time" : "nothing finer would help";
       break;
