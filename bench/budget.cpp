@@ -11,19 +11,11 @@
 
 #include "../tests/oracle/reference.hpp"
 #include "clrad/clrad.hpp"
-#include "solve/check_points.hpp"
 #include "tradeoff/places.hpp"
 
 namespace {
 
 using namespace clrad;
-
-std::vector<Place> places_of(const Scene& scene, const std::vector<CheckPoint>& points) {
-  std::vector<Place> places;
-  for (const CheckPoint& p : points)
-    places.push_back({p.polygon, p.u, p.v, p.weight, sensor_at(scene.polygons[p.polygon], p.u, p.v)});
-  return places;
-}
 
 std::vector<double> at_sensors(const Solution& s) {
   std::vector<double> h;
@@ -92,11 +84,9 @@ int main(int argc, char** argv) {
       SolveOptions fine;
       fine.mesh.patch_edge_m = extent / 16, fine.mesh.element_edge_m = extent / 64;
       fine.converge = 1e-5, fine.samples = 16, fine.light_samples = 1024, fine.error = false;
-      Random random(7);
       SolveOptions unchecked;  // its estimate would count as the first setting's
       unchecked.error = false;
-      const std::vector<Place> places =
-          places_of(scene, points_in_elements(solve(device, scene, unchecked), 3000, random));
+      const std::vector<Place> places = varying_places(solve(device, scene, unchecked), 3000, 7);
       for (const Place& p : places) fine.sensors.push_back(p.sensor);
       fine.sensor_rays = 2048;
       const std::vector<double> truth = at_sensors(solve(device, scene, fine));

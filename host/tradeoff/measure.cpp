@@ -82,8 +82,16 @@ class Measurement {
       result_.points = options_.sensors.size();
       return;
     }
-    places_ = exposed_places(runner_.device_of(precision_), scene_,
-                             stratified_places(scene_, options_.points, options_.seed));
+    std::vector<Place> places;
+    if (!is_uniform_enclosure(scene_)) {
+      TradeoffSetting setting = points_setting(extent_, base_);
+      setting.precision = precision_;
+      if (const auto s = runner_.solved(setting, true, -1))
+        places = varying_places(*s, options_.points, options_.seed);
+    }
+    // Also where there is none, of a measurement that was stopped.
+    if (places.empty()) places = stratified_places(scene_, options_.points, options_.seed);
+    places_ = exposed_places(runner_.device_of(precision_), scene_, places);
     if (places_.empty()) throw UsageError("no surface of the scene is exposed: there is nothing to compare");
     for (const Place& p : places_) weights_.push_back(p.weight_m2);
     result_.points = places_.size();

@@ -8,6 +8,7 @@
 #include "mesh/random.hpp"
 #include "output/displayed.hpp"
 #include "scene/planes.hpp"
+#include "solve/check_points.hpp"
 #include "solve/covered.hpp"
 
 namespace clrad {
@@ -64,6 +65,17 @@ std::vector<Place> stratified_places(const Scene& scene, std::uint32_t count, st
 
 Sensor sensor_at(const Polygon& polygon, double u, double v) {
   return {on_polygon(polygon, u, v).position_m, polygon.normal()};
+}
+
+std::vector<Place> varying_places(const Solution& solution, std::uint32_t count, std::uint64_t seed) {
+  Random random(seed);
+  double area = 0;
+  for (const Polygon& p : solution.scene.polygons) area += p.area_m2();
+  std::vector<Place> places;
+  for (const CheckPoint& p : points_in_elements(solution, count, random))
+    places.push_back(
+        {p.polygon, p.u, p.v, p.weight * area, sensor_at(solution.scene.polygons[p.polygon], p.u, p.v)});
+  return places;
 }
 
 std::vector<Place> exposed_places(Device& device, const Scene& scene, const std::vector<Place>& places) {

@@ -109,6 +109,14 @@ std::vector<TradeoffSetting> target_settings(const SolveOptions& base) {
   return all;
 }
 
+TradeoffSetting points_setting(double extent_m, const SolveOptions& base) {
+  TradeoffSetting s{"points", "the places to compare at", base};
+  set_mesh(s.options, extent_m, 4, 32);
+  s.options.samples = 1, s.options.converge = 1e-2;
+  s.options.error = false;
+  return s;
+}
+
 TradeoffSetting reference_setting(double extent_m, const SolveOptions& base, int level) {
   TradeoffSetting s{"reference", fmt::format("reference {}", level + 1), base};
   SolveOptions& o = s.options;

@@ -16,6 +16,9 @@ std::vector<TradeoffSetting> variations_of(const TradeoffSetting& middle, double
 /// Solves that choose mesh and samples themselves until their estimate is 5 %, 1 %, 0.3 %.
 std::vector<TradeoffSetting> target_settings(const SolveOptions& base);
 
+/// A quick solve that tells where irradiance varies.
+TradeoffSetting points_setting(double extent_m, const SolveOptions& base);
+
 /// What the reference is solved with; each level halves the elements' edge and takes four times the rays.
 TradeoffSetting reference_setting(double extent_m, const SolveOptions& base, int level);
 

@@ -48,6 +48,29 @@ TEST(Places, TheOnesUnderTheBlockAreLeftOut) {
   EXPECT_GT(all - left, 0.5);
 }
 
+// More where light varies, and yet each polygon weighs as much as it has area that nothing covers.
+TEST(Places, VaryingOnesStandForTheAreaToo) {
+  const Scene scene = oracle::block_room();
+  Device device;
+  SolveOptions options;
+  options.mesh = {1, 0.25}, options.error = false;
+  const auto places = exposed_places(device, scene, varying_places(solve(device, scene, options), 8000, 1));
+  std::vector<double> weight(scene.polygons.size(), 0), number(scene.polygons.size(), 0);
+  double all = 0, truth = -0.75;  // the block stands on that
+  for (const Place& p : places) weight[p.polygon] += p.weight_m2, ++number[p.polygon], all += p.weight_m2;
+  for (const Polygon& p : scene.polygons) truth += p.area_m2();
+  for (std::size_t p = 0; p < weight.size(); ++p) {
+    const Polygon& polygon = scene.polygons[p];
+    const double area = polygon.area_m2() - (polygon.name == "z_min" ? 0.75 : 0);
+    // A point stands for at most twice the mean. They are drawn from equal parts one each, so that of a polygon's the first and the
+    // last are in doubt; on the floor also those along the 3.5 m around the block, as above.
+    const double share = 2 * truth / 8000;
+    EXPECT_NEAR(weight[p] / all, area / truth, (polygon.name == "z_min" ? 12 : 2) * share / truth)
+        << polygon.name;
+    EXPECT_GT(number[p], 0.49 * 8000 * area / truth) << polygon.name;
+  }
+}
+
 TEST(Places, RmsIsOfTheWeightedPointsAndBands) {
   const std::vector<double> reference{1, 3, 2, 2}, values{1.1, 3, 2, 1.6};  // two points, two bands
   // sqrt((0.01 + 0.16) / 4) / 2
