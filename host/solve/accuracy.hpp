@@ -18,7 +18,7 @@ struct SensorGather {
 /// irradiance_error. `before_near_field`: vertex irradiance [band][vertex] as the columns alone gave it. `gathered`: how sensors
 /// were. After energy is accounted for and sensors are gathered.
 ///
-/// At some vertices and at some points inside elements, both spread by area, light is gathered anew, twice over, with samples of
+/// At some vertices and at some points inside elements, more of both where it varies, light is gathered anew, twice over, with samples of
 /// its own: exact form factors, near patches by their elements. What a vertex differs by from that is what samples, form
 /// factors and patches' averages do; what the interpolated value inside an element differs by has what the elements do, besides.
 /// Products of the differences from the two gathers have no noise of the gathers on average. The gathers take the

@@ -26,26 +26,35 @@ struct RayEnds {
 /// How much of the light of each place comes to each sensor.
 class SeenPlaces {
  public:
-  /// reflectance [element]: mean of the bands.
-  SeenPlaces(const RayEnds& ends, const Edges& edges, const PlaceNumbers& places,
-             std::span<const double> reflectance);
+  /// reflectance [element * bands + band]. All are kept by reference.
+  SeenPlaces(const Edges& edges, const PlaceNumbers& places, std::span<const double> reflectance,
+             std::uint32_t bands)
+      : edges_(edges), places_(places), reflectance_(reflectance), bands_(bands) {}
+
+  /// Rays of further sensors.
+  void add(const RayEnds& ends);
 
   /// Rays for each place, `rays` x a power of two and at most `most`, and no more than 2 x `rays` on average: by what an error of
   /// irradiance[place] there adds to the RMS error of sensors (Neyman 1934).
   std::vector<std::uint32_t> rays_for(std::span<const double> irradiance, std::uint32_t rays,
                                       std::uint32_t most) const;
 
-  /// Square of the error of sensors [sensor] for independent errors [place * stride + first] of places.
-  std::vector<double> error_square(std::span<const double> error, std::size_t stride, std::size_t first,
-                                   std::size_t sensors) const;
+  /// Square of the error of sensors [sensor * bands + band] for independent errors [place * bands + band] of places. Too low where most
+  /// places are met by one ray each, which tells nothing.
+  std::vector<double> error_square(std::span<const double> error, std::size_t sensors) const;
 
  private:
-  /// The square of what a sensor has of a place, from different rays of the sensor: few of them overrate it else.
-  struct Square {
+  const Edges& edges_;
+  const PlaceNumbers& places_;
+  std::span<const double> reflectance_;
+  std::uint32_t bands_;
+  /// The squares of what a sensor has of a place, [i * bands + band], from different rays of the sensor: the squares of single rays would
+  /// overrate it, the more the fewer they are.
+  struct Pair {
     std::uint32_t sensor, place;
-    double square;
   };
-  std::vector<Square> squares_;
+  std::vector<Pair> pairs_;
+  std::vector<float> squares_;
 };
 
 }  // namespace clrad

@@ -86,10 +86,13 @@ class Measurement {
     if (!is_uniform_enclosure(scene_)) {
       TradeoffSetting setting = points_setting(extent_, base_);
       setting.precision = precision_;
-      if (const auto s = runner_.solved(setting, true, -1))
-        places = varying_places(*s, options_.points, options_.seed);
+      try {
+        if (const auto s = runner_.solved(setting, true, -1))
+          places = varying_places(*s, options_.points, options_.seed);
+      } catch (const MemoryError&) {  // it may be for settings that come
+      }
     }
-    // Also where there is none, of a measurement that was stopped.
+    // By area alone where there are none.
     if (places.empty()) places = stratified_places(scene_, options_.points, options_.seed);
     places_ = exposed_places(runner_.device_of(precision_), scene_, places);
     if (places_.empty()) throw UsageError("no surface of the scene is exposed: there is nothing to compare");

@@ -21,7 +21,7 @@ struct Place {
 /// shift. Weighted means over them estimate means over the scene's area without bias. Covered ones are among them.
 std::vector<Place> stratified_places(const Scene& scene, std::uint32_t count, std::uint64_t seed);
 
-/// `count` points that nothing covers, half of them by area and half where the irradiance of a solution varies, as a few small places can
+/// `count` points, covered ones among them, half of them by area and half where the irradiance of a solution varies, as a few small places can
 /// be most of an RMS error (points_in_elements()). Weighted means over them estimate the same.
 std::vector<Place> varying_places(const Solution& solution, std::uint32_t count, std::uint64_t seed);
 

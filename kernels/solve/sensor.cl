@@ -353,8 +353,9 @@ __kernel void sensor_found(__global const uint* pair_owner, __global const uint*
   }
 }
 
-/* Where rays end: element[ray] (CLRAD_NONE if blocked, or if nothing is reflected), at_vertex[8 ray + k], at_weight[16 ray + k] of vertices and then of bends,
- * and share[ray], what of a radiosity of 1 there comes to the sensor; after sensor_tally. */
+/* Where rays end: element[ray] (CLRAD_NONE if blocked, or if nothing is reflected), at_vertex[8 ray + k], at_weight[16 ray + k] of
+ * vertices and then of bends, and share[ray], what of a radiosity of 1 there comes to the sensor; glass is left out; after
+ * sensor_tally. */
 __kernel void sensor_ends(__global const uint* pair_owner, __global const uint* ray_owner, __global const REAL* place,
                           __global const REAL* weight, __global const REAL* moments, __global const uint* masks,
                           __global const uint* quads, __global const uint* reflects, __global const uint* patch_first,

@@ -5,7 +5,9 @@
 #include <fstream>
 #include <iterator>
 
+#include "clrad/output.hpp"
 #include "fuzz/targets.hpp"
+#include "output/archive.hpp"
 
 namespace clrad::fuzz {
 namespace {
@@ -52,6 +54,15 @@ TEST(Fuzz, SolutionSeeds) {
 }
 TEST(Fuzz, OptionSeeds) {
   run_all("options", options);
+}
+
+// Archives of another format are refused at once, and what lies behind would be read by no seed.
+TEST(Fuzz, ArchivesAreOfTodaysFormat) {
+  for (const char* kind : {"checkpoint", "solution"})
+    for (const auto& entry : fs::directory_iterator(seeds / kind))
+      EXPECT_EQ(bytes_of(entry.path()).at(8), char(archive_format)) << entry.path();
+  EXPECT_NO_THROW(load_solution((seeds / "solution/adaptive").string()));
+  EXPECT_NO_THROW(ArchiveReader((seeds / "checkpoint/adaptive").string(), "checkpoint"));
 }
 
 // The targets do tell a finding from an answer.

@@ -130,7 +130,7 @@ TEST(Accuracy, WithoutItNothingIsSpentAndTheAnswerIsTheSame) {
 }
 
 // Weights are shares of the area: their sums over polygons are the polygons' areas, up to the chance of 4000 draws, which
-// for a share p with weights that differ by at most (0.2 + 1) / 0.2 is below sqrt(6 p / 4000); four times that here.
+// for a share p with weights of at most twice their mean is below sqrt(2 p / 4000); four times that here.
 TEST(Accuracy, CheckPointsStandForTheAreasOfTheirPolygons) {
   const Scene scene = oracle::box_scene({1, 2, 3}, {0.5}, {1});
   const Solution s = solve(accuracy_device(), scene, meshed(scene, 2, 4));
@@ -139,7 +139,7 @@ TEST(Accuracy, CheckPointsStandForTheAreasOfTheirPolygons) {
   for (const CheckPoint& p : points_in_elements(s, 4000, random)) share[p.polygon] += p.weight;
   const double area[6] = {6, 6, 3, 3, 2, 2};
   for (int p = 0; p < 6; ++p)
-    EXPECT_NEAR(share[p], area[p] / 22, 4 * std::sqrt(6 * area[p] / 22 / 4000)) << p;
+    EXPECT_NEAR(share[p], area[p] / 22, 4 * std::sqrt(2 * area[p] / 22 / 4000)) << p;
 }
 
 }  // namespace
