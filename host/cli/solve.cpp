@@ -72,15 +72,16 @@ void print_error(const Report& r) {
   for (std::size_t i = 0; i < r.target.steps.size(); ++i) {
     const TargetStep& s = r.target.steps[i];
     const bool shot_on = i > 0 && s.converge < r.target.steps[i - 1].converge;
-    fmt::print("  step {}: patches of {:.3g} m, elements of {:.3g} m, {} samples{}{}: {:.2g} % in {:.2f} s{}\n",
-               i + 1, s.patch_edge_m, s.element_edge_m, s.samples,
-               r.target.at_sensors ? fmt::format(", {} rays from a sensor", s.sensor_rays) : "",
-               shot_on ? fmt::format(", {:.2g} % left unshot", 100 * s.converge) : "",
-               100 * s.error_relative, s.seconds,
-               std::isfinite(s.predicted_seconds)
-                   ? fmt::format(" (predicted {:.2g} % in {:.2f} s)", 100 * s.predicted_error_relative,
-                                 s.predicted_seconds)
-                   : "");
+    fmt::print(
+        "  step {}: patches of {:.3g} m, elements of {:.3g} m, {} samples{}{}: {:.2g} % in {:.2f} s{}\n",
+        i + 1, s.patch_edge_m, s.element_edge_m, s.samples,
+        r.target.at_sensors ? fmt::format(", {} rays from a sensor", s.sensor_rays) : "",
+        shot_on ? fmt::format(", {:.2g} % left unshot", 100 * s.converge) : "", 100 * s.error_relative,
+        s.seconds,
+        std::isfinite(s.predicted_seconds)
+            ? fmt::format(" (predicted {:.2g} % in {:.2f} s)", 100 * s.predicted_error_relative,
+                          s.predicted_seconds)
+            : "");
   }
 }
 

@@ -112,7 +112,8 @@ void visit_fields(Visit& visit, M& step) {
          predicted_error, predicted_seconds] = step;
   visit("patch_edge_m", patch_edge), visit("element_edge_m", element_edge), visit("samples", samples);
   visit("light_samples", light_samples), visit("sensor_rays", sensor_rays), visit("converge", converge);
-  visit("error_relative", error), visit("seconds", seconds), visit("predicted_error_relative", predicted_error);
+  visit("error_relative", error), visit("seconds", seconds),
+      visit("predicted_error_relative", predicted_error);
   visit("predicted_seconds", predicted_seconds);
 }
 

@@ -77,8 +77,8 @@ TEST(ReportJson, HasTheKeysOfItsSchema) {
   EXPECT_TRUE(r["target"]["time_budget_s"].is_null());
   EXPECT_FALSE(r["target"]["met"]);
   EXPECT_EQ(keys(r["target"]["steps"][0]),
-            (Keys{"patch_edge_m", "element_edge_m", "samples", "light_samples", "sensor_rays",
-                  "converge", "error_relative", "seconds", "predicted_error_relative", "predicted_seconds"}));
+            (Keys{"patch_edge_m", "element_edge_m", "samples", "light_samples", "sensor_rays", "converge",
+                  "error_relative", "seconds", "predicted_error_relative", "predicted_seconds"}));
   EXPECT_EQ(keys(r["error"]["parts"][0]), (Keys{"name", "relative", "kind"}));
   EXPECT_EQ(keys(r["invariants"][0]), (Keys{"name", "worst", "allowed", "holds"}));
   EXPECT_EQ(keys(r["memory"]), (Keys{"device_peak_bytes", "host_peak_bytes"}));
