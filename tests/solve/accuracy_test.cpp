@@ -142,5 +142,19 @@ TEST(Accuracy, CheckPointsStandForTheAreasOfTheirPolygons) {
     EXPECT_NEAR(share[p], area[p] / 22, 4 * std::sqrt(2 * area[p] / 22 / 4000)) << p;
 }
 
+TEST(Accuracy, CheckVerticesStandForTheAreasOfTheirPolygons) {
+  const Scene scene = oracle::box_scene({1, 2, 3}, {0.5}, {1});
+  const Solution s = solve(accuracy_device(), scene, meshed(scene, 2, 4));
+  Random random(1);
+  const CheckVertices chosen = check_vertices(s, 4000, random);
+  ASSERT_EQ(chosen.weight.size(), 4000u);
+  std::vector<double> share(6, 0);
+  for (std::size_t i = 0; i < chosen.vertex.size(); ++i)
+    share[s.mesh.receivers[chosen.vertex[i]].surface] += chosen.weight[i];
+  const double area[6] = {6, 6, 3, 3, 2, 2};
+  for (int p = 0; p < 6; ++p)
+    EXPECT_NEAR(share[p], area[p] / 22, 4 * std::sqrt(2 * area[p] / 22 / 4000)) << p;
+}
+
 }  // namespace
 }  // namespace clrad

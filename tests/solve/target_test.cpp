@@ -125,49 +125,55 @@ TEST(Target, WhatCannotBeMetIsSaidWithTheBestThatThereIs) {
   EXPECT_GT(s.report.error.total_relative, 1e-6);
 }
 
-// A run that is stopped in its second step goes on with that one.
-TEST(Target, GoesOnFromACheckpoint) {
-  const Scene scene = oracle::block_room();
+// A solve to a target that is stopped in a step after some shoots, what its checkpoint is of, and one that goes on from there.
+struct StoppedAndResumed {
+  Solution stopped, resumed;
+  CheckpointSettings left;
+};
+StoppedAndResumed stopped_in(const std::string& step, const Scene& scene, double target) {
   const std::string file = ::testing::TempDir() + "target.ck";
   SolveOptions o;
-  o.target_error = 0.015;
+  o.target_error = target;
   o.checkpoint = file, o.checkpoint_every_s = 0;
-  o.progress = [](const Progress& p) { return !(p.stage.starts_with("step 2") && p.shoots > 20); };
-  const Solution stopped = solve(target_device(), scene, o);
+  o.progress = [&](const Progress& p) { return !(p.stage.starts_with(step) && p.shoots > 20); };
+  StoppedAndResumed r;
+  r.stopped = solve(target_device(), scene, o);
+  r.left = settings_of_checkpoint(file);
+  o.progress = nullptr, o.resume = file;
+  r.resumed = solve(target_device(), scene, o);
+  std::filesystem::remove(file);
+  return r;
+}
+
+// A run that is stopped in its second step goes on with that one.
+TEST(Target, GoesOnFromACheckpoint) {
+  const auto [stopped, resumed, left] = stopped_in("step 2", oracle::block_room(), 0.015);
   EXPECT_FALSE(stopped.report.target.met);
   // What is left is the first step's answer, whole.
   EXPECT_FALSE(stopped.stopped);
   ASSERT_EQ(stopped.report.target.steps.size(), 1u);
-  const CheckpointSettings left = settings_of_checkpoint(file);
   EXPECT_LT(left.element_edge_m, stopped.report.target.steps.back().element_edge_m);
-  o.progress = nullptr, o.resume = file;
-  const Solution s = solve(target_device(), scene, o);
-  EXPECT_TRUE(s.report.target.met);
-  EXPECT_EQ(s.report.target.steps.front().patch_edge_m, left.patch_edge_m);
-  EXPECT_EQ(s.report.target.steps.front().element_edge_m, left.element_edge_m);
-  std::filesystem::remove(file);
+  EXPECT_TRUE(resumed.report.target.met);
+  EXPECT_EQ(resumed.report.target.steps.front().patch_edge_m, left.patch_edge_m);
+  EXPECT_EQ(resumed.report.target.steps.front().element_edge_m, left.element_edge_m);
 }
 
 // The step that was stopped shot on; the run that goes on with its mesh finds anew that it has to.
 TEST(Target, GoesOnFromACheckpointOfAStepThatShotOn) {
   const Scene scene = load_scene(CLRAD_SCENES "/window.obj");
-  const std::string file = ::testing::TempDir() + "target_on.ck";
+  constexpr double target = 0.01, converge_at_first = 0.1 * target;
   SolveOptions o;
-  o.target_error = 0.01;
-  o.checkpoint = file, o.checkpoint_every_s = 0;
-  o.progress = [](const Progress& p) { return !(p.stage.starts_with("step 3") && p.shoots > 20); };
-  const Solution stopped = solve(target_device(), scene, o);
+  o.target_error = target;
+  const Solution whole = solve(target_device(), scene, o);
+  ASSERT_GT(whole.report.target.steps.size(), 2u);
+  EXPECT_LT(whole.report.target.steps[2].converge, converge_at_first);
+  const auto [stopped, resumed, left] = stopped_in("step 3", scene, target);
   EXPECT_FALSE(stopped.report.target.met);
   ASSERT_EQ(stopped.report.target.steps.size(), 2u);
-  const CheckpointSettings left = settings_of_checkpoint(file);
-  o.progress = nullptr, o.resume = file;
-  const Solution s = solve(target_device(), scene, o);
-  EXPECT_TRUE(s.report.target.met);
-  const std::vector<TargetStep>& steps = s.report.target.steps;
-  EXPECT_EQ(steps.front().element_edge_m, left.element_edge_m);
-  // What a step takes at first is a tenth of the target.
-  EXPECT_LT(steps.back().converge, 0.1 * o.target_error);
-  std::filesystem::remove(file);
+  EXPECT_EQ(left.element_edge_m, whole.report.target.steps[2].element_edge_m);
+  EXPECT_TRUE(resumed.report.target.met);
+  EXPECT_EQ(resumed.report.target.steps.front().element_edge_m, left.element_edge_m);
+  EXPECT_LT(resumed.report.target.steps.back().converge, converge_at_first);
 }
 
 TEST(Target, AskingForWhatIsNotThereIsAUsageError) {
