@@ -13,6 +13,7 @@
 #include "solve/form_factor.hpp"
 #include "solve/sensor.hpp"
 #include "solve/transmission.hpp"
+#include "solve/vertex_gather.hpp"
 
 namespace clrad {
 namespace {

@@ -1,4 +1,4 @@
-// What sensors see most of: there light is gathered anew with more rays (host/solve/sensor.cpp).
+// What sensors see most of: there light is gathered anew with more rays (host/solve/vertex_gather.cpp).
 #pragma once
 #include <cstdint>
 #include <span>

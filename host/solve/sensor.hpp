@@ -14,6 +14,7 @@
 namespace clrad {
 
 class Glass;
+class SeenPlaces;
 
 /// frame_of(scene), made larger where a sensor or a point or spot light stands far outside the scene.
 Frame frame_with_sensors(const Scene& scene, std::span<const Sensor> sensors);
@@ -31,10 +32,6 @@ std::vector<SensorResult> gather_at_sensors(Device& device, const Solution& solu
                                             Lights* lights = nullptr, const LampLight* lamps = nullptr,
                                             bool* regathered = nullptr);
 
-/// A number in proportion to the rays that it sends from the vertices of a mesh of that size, of which a share is `uncovered`, for `rays`
-/// from each of the sensors: two to four times as many. 0: light is not gathered anew there.
-double rays_at_vertices(const MeshSize& mesh, double uncovered, std::uint64_t sensors, std::uint32_t rays);
-
 /// How to gather at points.
 struct Way {
   std::uint32_t rays = 0, seed = 0;
@@ -49,6 +46,10 @@ struct Way {
 void gather_at(Device& device, const Solution& solution, const Surroundings& around, const PointArray& points,
                VisibilityEngine& engine, const Way& way, const Glass* glass, Lights* lights,
                RealArray& irradiance, RealArray& error, std::uint64_t most_bytes = ~std::uint64_t(0));
+
+/// Tells `seen` where rays from `points` end, some points at a time.
+void look_from(Device& device, const Solution& solution, const Surroundings& around, const PointArray& points,
+               VisibilityEngine& engine, const Way& way, const Glass* glass, SeenPlaces& seen);
 
 /// Adds what lights bring to irradiance[point * bands + band]; their visibility is exact.
 void add_light_of(Lights& lights, Device& device, VisibilityEngine& engine, const PointArray& points,

@@ -13,6 +13,7 @@
 #include "scene/extent.hpp"
 #include "solve/checkpoint.hpp"
 #include "solve/sensor.hpp"
+#include "solve/vertex_gather.hpp"
 
 namespace clrad {
 namespace {
