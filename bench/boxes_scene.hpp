@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <glm/geometric.hpp>
 #include <random>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -70,8 +71,9 @@ struct Step {
 };
 
 /// n samples on polygon `patch` against at most `most` receivers in front of it and facing it: neighbouring runs of
-/// vertices, spread evenly over the scene.
-inline Step step_of(const Setting& s, std::uint32_t patch, std::uint32_t n, std::size_t most) {
+/// vertices, spread evenly over the scene. `order`: of the vertices, where it is not that of the mesh.
+inline Step step_of(const Setting& s, std::uint32_t patch, std::uint32_t n, std::size_t most,
+                    std::span<const std::uint32_t> order = {}) {
   Shooter shooter;
   const Patch& p = s.mesh.patches[patch];
   shooter.corners = p.corners;
@@ -83,10 +85,12 @@ inline Step step_of(const Setting& s, std::uint32_t patch, std::uint32_t n, std:
   step.samples = stratified_samples(shooter, n, patch);
   const glm::dvec3 middle = step.samples[n / 2].position;
   std::vector<Point> facing;
-  for (const Point& r : s.mesh.receivers)
+  for (std::uint32_t i = 0; i < s.mesh.vertex_count(); ++i) {
+    const Point& r = s.mesh.receivers[order.empty() ? i : order[i]];
     if (r.plane != shooter.plane && glm::dot(r.position - middle, shooter.normal) > 0 &&
         glm::dot(middle - r.position, r.normal) > 0)
       facing.push_back(r);
+  }
   constexpr std::size_t run = 64;
   const std::size_t runs = (facing.size() + run - 1) / run, wanted = std::max<std::size_t>(1, most / run);
   for (std::size_t k = 0; k < std::min(runs, wanted); ++k) {

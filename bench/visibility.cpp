@@ -14,6 +14,7 @@
 #include "clrad/clrad.hpp"
 #include "hall.hpp"
 #include "office.hpp"
+#include "solve/order.hpp"
 #include "timing.hpp"
 #include "visibility/chop.hpp"
 #include "visibility/embree.hpp"
@@ -103,11 +104,13 @@ void measure(const Options& o, Device& device, Setting& setting, nlohmann::json&
   for (std::size_t e = 0; e < engines.size(); ++e) fmt::print(", {} in {:.3f} s", o.engines[e], build[e]);
   fmt::print("\n");
 
+  const std::vector<std::uint32_t> order =
+      in_order(device, PointArray(device, setting.mesh.receivers, "receivers"), 0).download();
   for (const std::uint32_t n : o.samples) {
     std::vector<Work> work;
     std::uint64_t tests = 0;
     for (const std::uint32_t p : patches_that_shoot(setting, o.shooters)) {
-      Step step = step_of(setting, p, n, o.receivers / o.shooters);
+      Step step = step_of(setting, p, n, o.receivers / o.shooters, order);
       if (step.receivers.empty()) continue;
       tests += step.rays();
       work.emplace_back(device, std::move(step));

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/common.hpp>
+#include <glm/geometric.hpp>
 
 #include "render/render.hpp"
 
@@ -10,7 +11,7 @@ namespace {
 
 struct Flat {
   std::uint32_t polygon = 0, plane = 0;
-  glm::dvec3 low{INFINITY}, high{-INFINITY};
+  glm::dvec3 low{INFINITY}, high{-INFINITY}, normal{0};
 };
 
 // False for polygons that only touch: depth of a few grid cells on two axes is needed to overlap.
@@ -35,6 +36,7 @@ Layers overlapping_layers(std::span<const OccluderTriangle> triangles, std::size
     present[t.polygon] = true;
     flat.polygon = t.polygon, flat.plane = t.plane;
     for (const auto& c : t.corner) flat.low = glm::min(flat.low, c), flat.high = glm::max(flat.high, c);
+    flat.normal += glm::cross(t.corner[1] - t.corner[0], t.corner[2] - t.corner[0]);
   }
   std::vector<Flat> order;
   for (std::size_t p = 0; p < polygons; ++p)
@@ -47,22 +49,28 @@ Layers overlapping_layers(std::span<const OccluderTriangle> triangles, std::size
     return a.polygon < b.polygon;
   });
 
-  std::vector<std::vector<std::uint32_t>> overlapping(polygons);
+  struct Overlapping {
+    std::vector<std::uint32_t> same, turned;
+  };
+  std::vector<Overlapping> overlapping(polygons);
   for (std::size_t i = 0; i < order.size(); ++i)
     for (std::size_t j = i + 1; j < order.size(); ++j) {
       if (order[j].plane != order[i].plane || key(order[j].low) > key(order[i].high)) break;
       if (!boxes_overlap(order[i], order[j])) continue;
-      overlapping[order[i].polygon].push_back(order[j].polygon);
-      overlapping[order[j].polygon].push_back(order[i].polygon);
+      const auto kind =
+          glm::dot(order[i].normal, order[j].normal) > 0 ? &Overlapping::same : &Overlapping::turned;
+      (overlapping[order[i].polygon].*kind).push_back(order[j].polygon);
+      (overlapping[order[j].polygon].*kind).push_back(order[i].polygon);
     }
 
   Layers layers;
   layers.start.push_back(0);
-  for (auto& list : overlapping) {
-    std::sort(list.begin(), list.end());
-    layers.polygon.insert(layers.polygon.end(), list.begin(), list.end());
-    layers.start.push_back(std::uint32_t(layers.polygon.size()));
-  }
+  for (auto& of : overlapping)
+    for (std::vector<std::uint32_t>* list : {&of.same, &of.turned}) {
+      std::sort(list->begin(), list->end());
+      layers.polygon.insert(layers.polygon.end(), list->begin(), list->end());
+      layers.start.push_back(std::uint32_t(layers.polygon.size()));
+    }
   return layers;
 }
 

@@ -56,10 +56,11 @@ PlaceTables place_tables(Device& device, std::span<const OccluderTriangle> trian
 /// seen: from the triangle each ray meets to the polygon it sees, in place.
 void find_seen(Device& device, const SurfaceTables& tables, const Rays& rays, Array<std::uint32_t>& seen);
 
-/// The polygons that overlap each polygon in its own plane: one list per polygon, in file order.
+/// The polygons that overlap each polygon in its own plane: two lists per polygon, in file order.
 struct Layers {
-  std::vector<std::uint32_t> start;    ///< polygons + 1
-  std::vector<std::uint32_t> polygon;  ///< polygon p: those at [start[p], start[p + 1])
+  std::vector<std::uint32_t> start;  ///< 2 polygons + 1
+  /// Polygon p: those that face as it does at [start[2p], start[2p + 1]), the others up to start[2p + 2].
+  std::vector<std::uint32_t> polygon;
 };
 Layers overlapping_layers(std::span<const OccluderTriangle> triangles, std::size_t polygons);
 

@@ -73,6 +73,7 @@ SurfaceTables surface_tables(Device& device, std::span<const OccluderTriangle> t
       if (!has_back(scene, t.polygon)) continue;
       both_sides.push_back(t);
       ++both_sides.back().polygon;
+      std::swap(both_sides.back().corner[1], both_sides.back().corner[2]);
     }
   const Layers layers =
       overlapping_layers(both_sides.empty() ? triangles : both_sides, scene.polygons.size());

@@ -4,14 +4,16 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <map>
+#include <numeric>
 
+#include "clrad/primitives.hpp"
 #include "scene/backs.hpp"
 
 namespace clrad {
 namespace {
 
 constexpr std::uint32_t probes = 16;  // CLRAD_PROBES of covered.cl
-constexpr std::uint32_t batch_vertices = 1 << 15;
+constexpr std::uint32_t batch_rays = 1 << 19;
 
 // A cosine-weighted spiral over the hemisphere about +z.
 std::vector<float> probe_directions() {
@@ -82,43 +84,85 @@ std::vector<std::uint32_t> overlaid_points(const Scene& scene, const Mesh& mesh,
   return overlaid;
 }
 
+// Rays from points over their hemispheres, and whether what they meet first turns its back.
+class Probes {
+ public:
+  Probes(Device& device, const Scene& scene, std::span<const Point> points,
+         const std::vector<OccluderTriangle>& triangles, VisibilityEngine& engine)
+      : device_(device),
+        engine_(engine),
+        receivers_(device, points, "receivers"),
+        direction_(device, probe_directions(), "probe directions"),
+        normal_(device, normals(scene, triangles), "triangle normals") {
+    // Two ends, a hit and what the engine keeps of each ray, in a quarter of the memory that is left.
+    const std::uint64_t left =
+        device.ledger()->limit - std::min(device.ledger()->limit, device.ledger()->held);
+    rays_ = std::uint32_t(std::min<std::uint64_t>(
+        {points.size() * probes, batch_rays, std::max<std::uint64_t>(left / 4 / 256, 64 * probes)}));
+    origins_ = PointArray(device, rays_, "probe rays"), ends_ = PointArray(device, rays_, "probe rays");
+    hit_ = Array<std::uint32_t>(device, rays_, "probe hits");
+    t_ = Array<float>(device, rays_, "probe hits");
+  }
+
+  /// 1 for those of the `count` points of `asked` whose rays [first_probe, first_probe + of) all meet a back.
+  Array<std::uint32_t> all_meet_backs(const Array<std::uint32_t>& asked, std::uint32_t count,
+                                      std::uint32_t first_probe, std::uint32_t of) {
+    Array<std::uint32_t> backs(device_, count, "covered vertices");
+    const std::uint32_t batch = rays_ / of;
+    for (std::uint32_t first = 0; first < count; first += batch) {
+      const std::uint32_t now = std::min(batch, count - first);
+      device_.run(kernels, "probe_rays", std::uint64_t(now) * of, receivers_, asked, direction_, origins_,
+                  ends_, first, now, first_probe, of);
+      const Segments rays{&origins_, nullptr, now * of, &ends_, 0};
+      engine_.intersect_closest(rays, hit_, t_);
+      device_.run(kernels, "probe_verdict", now, origins_, ends_, hit_, normal_, backs, first, now, of);
+    }
+    return backs;
+  }
+
+ private:
+  static constexpr const char* kernels = "solve/covered.cl";
+  Device& device_;
+  VisibilityEngine& engine_;
+  PointArray receivers_;
+  Array<float> direction_, normal_;
+  std::uint32_t rays_;  ///< at a time
+  PointArray origins_, ends_;
+  Array<std::uint32_t> hit_;
+  Array<float> t_;
+
+  static std::vector<float> normals(const Scene& scene, const std::vector<OccluderTriangle>& triangles) {
+    std::vector<float> normals;
+    for (const auto& t : triangles) {
+      // What has two sides has no back to be behind: of length 0, neither side of it counts as one.
+      const glm::dvec3 front =
+          has_back(scene, t.polygon) ? glm::dvec3(0) : scene.polygons[t.polygon].normal();
+      for (int k = 0; k < 3; ++k) normals.push_back(float(front[k]));
+    }
+    return normals;
+  }
+};
+
 std::vector<std::uint8_t> covered_points(Device& device, const Scene& scene, std::span<const Point> points,
                                          const std::vector<OccluderTriangle>& triangles,
                                          VisibilityEngine& engine,
                                          const std::vector<std::uint32_t>& overlaid) {
   const auto stage = device.stage("find vertices that something covers");
-  const auto vertices = std::uint32_t(points.size());
-  if (vertices == 0) return {};
-  std::vector<float> normals;
-  for (const auto& t : triangles) {
-    // What has two sides has no back to be behind: of length 0, neither side of it counts as one.
-    const glm::dvec3 front = has_back(scene, t.polygon) ? glm::dvec3(0) : scene.polygons[t.polygon].normal();
-    for (int k = 0; k < 3; ++k) normals.push_back(float(front[k]));
-  }
-
-  const PointArray receivers(device, points, "receivers");
-  const Array<float> direction(device, probe_directions(), "probe directions");
-  const Array<float> normal(device, normals, "triangle normals");
-  Array<std::uint32_t> covered(device, vertices, "covered vertices");
-  // Two ends, a hit and what the engine keeps of each ray, in a quarter of the memory that is left.
-  const std::uint64_t left = device.ledger()->limit - std::min(device.ledger()->limit, device.ledger()->held);
-  const std::uint64_t fits = std::max<std::uint64_t>(left / 4 / (probes * 256), 64);
-  const auto batch = std::uint32_t(std::min<std::uint64_t>({vertices, batch_vertices, fits}));
-  PointArray origins(device, std::uint64_t(batch) * probes, "probe rays"),
-      ends(device, std::uint64_t(batch) * probes, "probe rays");
-  Array<std::uint32_t> hit(device, std::uint64_t(batch) * probes, "probe hits");
-  Array<float> t(device, std::uint64_t(batch) * probes, "probe hits");
-  for (std::uint32_t first = 0; first < vertices; first += batch) {
-    const std::uint32_t count = std::min(batch, vertices - first);
-    device.run("solve/covered.cl", "probe_rays", std::uint64_t(count) * probes, receivers, direction, origins,
-               ends, first, count);
-    const Segments rays{&origins, nullptr, count * probes, &ends, 0};
-    engine.intersect_closest(rays, hit, t);
-    device.run("solve/covered.cl", "probe_verdict", count, origins, ends, hit, normal, covered, first, count);
-  }
-  const std::vector<std::uint32_t> found = covered.download();
-  std::vector<std::uint8_t> result(vertices);
-  for (std::uint32_t v = 0; v < vertices; ++v) result[v] = found[v] || overlaid[v];
+  const auto count = std::uint32_t(points.size());
+  if (count == 0) return {};
+  Probes rays(device, scene, points, triangles, engine);
+  std::vector<std::uint32_t> all(count);
+  std::iota(all.begin(), all.end(), 0u);
+  const Array<std::uint32_t> told =
+      rays.all_meet_backs(Array<std::uint32_t>(device, all, "vertices"), count, 0, 1);
+  Array<std::uint32_t> asked(device, count, "vertices");
+  const std::uint32_t left = compact(device, told.buffer(), count, asked.buffer());
+  std::vector<std::uint8_t> result(overlaid.begin(), overlaid.end());
+  if (left == 0) return result;
+  const std::vector<std::uint32_t> which = asked.download(0, left),
+                                   covered = rays.all_meet_backs(asked, left, 1, probes - 1).download();
+  for (std::uint32_t i = 0; i < left; ++i)
+    if (covered[i]) result[which[i]] = 1;
   return result;
 }
 

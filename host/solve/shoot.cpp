@@ -9,17 +9,19 @@ namespace {
 
 constexpr const char* deliver = "solve/deliver.cl";
 
+constexpr const char* emission = "solve/emit.cl";
+
 // Which receivers from `first` on the shooter's rays go to: state.active, and how many. `also` drops some more of the flags.
 std::uint32_t emit(SolveState& state, const Shooter& shooter, std::uint32_t first,
                    const std::function<void(Array<std::uint32_t>&)>& also) {
   const auto stage = state.device.stage("emit rays to the receivers that face the shooter");
   const std::uint32_t count = state.vertices - first;
   facing(state.device, shooter, state.receivers, first, count, state.facing);
-  state.device.run("solve/emit.cl", "drop_covered", count, state.facing, state.covered, first, count);
   if (also) also(state.facing);
-  const std::uint32_t receivers = compact(state.device, state.facing.buffer(), count, state.active.buffer());
-  if (first > 0)
-    state.device.run("solve/emit.cl", "number_active", receivers, state.active, first, receivers);
+  state.device.run(emission, "choose", count, state.facing, state.covered, state.order, first, count,
+                   state.chosen);
+  const std::uint32_t receivers = compact(state.device, state.chosen.buffer(), count, state.active.buffer());
+  state.device.run(emission, "receivers_at", receivers, state.active, state.order, first, receivers);
   return receivers;
 }
 

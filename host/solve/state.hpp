@@ -48,6 +48,8 @@ class SolveState {
 
   PointArray receivers;
   Array<std::uint32_t> covered;
+  Array<std::uint32_t>
+      order;  ///< of receivers: neighbours in space one after another, those of each batch by themselves
   std::unique_ptr<Gatherer> gatherer;
 
   std::vector<double> exposed;                     ///< [patch], share of the area that nothing covers
@@ -57,10 +59,10 @@ class SolveState {
   RealArray total_shot, total_shot_lo,  ///< ever shot, as hi + lo
       pending;                          ///< shot but not yet delivered to the vertices
   RealArray vertex_irradiance, vertex_irradiance_lost;
-  RealArray shot, shot_by_slot;                ///< [band][k] the shots under way; [band][slot] of a re-shoot
-  Array<float> power;                          ///< [patch], unshot power
-  Array<std::uint32_t> facing, active, masks;  ///< scratch of one shoot
-  RealArray factors, column;                   ///< [receiver], [colour][receiver]
+  RealArray shot, shot_by_slot;  ///< [band][k] the shots under way; [band][slot] of a re-shoot
+  Array<float> power;            ///< [patch], unshot power
+  Array<std::uint32_t> facing, chosen, active, masks;  ///< scratch of one shoot
+  RealArray factors, column;                           ///< [receiver], [colour][receiver]
   /// Sum over bands and patches of area x E, and of area x H by lights, at first [W]. What is unshot is measured by it.
   double emitted_power = 0;
   /// What lights bring, where the effect "lights" runs: in vertex and patch irradiance and, reflected, in patch_emitted.
@@ -115,6 +117,8 @@ class SolveState {
   RealArray& extend_column(std::uint32_t slot);
 
  private:
+  /// Those from `before` on are new.
+  void order_receivers(std::uint32_t before);
   void upload_patches();
 };
 

@@ -2,9 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <chrono>
-#include <optional>
-
 #include "clrad/error.hpp"
 #include "visibility/batch.hpp"
 
@@ -12,10 +9,8 @@ namespace clrad {
 namespace {
 
 constexpr const char* shaft_kernels = "visibility/shaft.cl";
-constexpr std::uint32_t period = 16;       // as in the kernel file
-constexpr std::uint32_t usual_budget = 8;  // of a shaft where there are shafts
-// Below this many tiles, which take a millisecond or so, there is nothing to gain by measuring.
-constexpr std::uint64_t worth_measuring = 2048;
+// As in the kernel file.
+constexpr std::uint32_t count_places = 64, count_words = 16;
 
 class Shaft final : public ShaftEngine {
  public:
@@ -23,7 +18,7 @@ class Shaft final : public ShaftEngine {
       : device_(device),
         options_(options),
         tree_(device, Occluders(device, triangles)),
-        device_counts_(device, 4, "counts of the visibility engine") {
+        device_counts_(device, count_places * count_words, "counts of the visibility engine") {
     device_counts_.fill_zero();
   }
 
@@ -56,18 +51,18 @@ class Shaft final : public ShaftEngine {
 
   VisibilityCounts counts() const override {
     VisibilityCounts counts = counts_;
-    const std::vector<std::uint32_t> words = device_counts_.download();
-    counts.exact = words[0] + (std::uint64_t(words[1]) << 32);
-    counts.candidates = words[2] + (std::uint64_t(words[3]) << 32);
+    counts.exact = counted(0);
+    counts.candidates = counted(2);
     return counts;
   }
 
   std::string account() const override {
-    if (options_.budget != ShaftOptions::automatic) return {};
-    if (shafts_ + packets_ == 0) return "shafts throughout: no step was long enough to be worth measuring";
+    if (options_.budget != ShaftOptions::usual || runs_ == 0) return {};
     return fmt::format(
-        "shafts in {} steps, packets in {}: what was faster on a sixteenth each of each step's receivers",
-        shafts_, packets_);
+        "shafts decided {:.1f} % of the runs of up to {} samples; the others, where too many triangles hide "
+        "a part, "
+        "went on as packets",
+        100 * (1 - double(counted(4)) / double(runs_)), options_.run_length);
   }
 
  private:
@@ -77,8 +72,16 @@ class Shaft final : public ShaftEngine {
   Array<std::uint32_t> device_counts_;
   VisibilityCounts counts_;
   Array<std::uint32_t> origins_, samples_;
-  bool warm_ = false;
-  std::uint64_t shafts_ = 0, packets_ = 0;  ///< steps that went either way after measuring
+  Array<float> boxes_;
+  std::uint64_t runs_ = 0;  ///< of samples, which had a shaft each
+
+  std::uint64_t counted(std::size_t what) const {
+    const std::vector<std::uint32_t> words = device_counts_.download();
+    std::uint64_t sum = 0;
+    for (std::size_t at = what; at < words.size(); at += count_words)
+      sum += words[at] + (std::uint64_t(words[at + 1]) << 32);
+    return sum;
+  }
 
   // A shaft costs little where nothing is in its way: what all of them read alike is made once.
   void occluded_samples(const Segments& s, Array<std::uint32_t>& masks) {
@@ -87,31 +90,20 @@ class Shaft final : public ShaftEngine {
     const std::uint64_t tiles = (s.origin_count + width() - 1) / width();
     need(device_, origins_, tiles * width() * end_words, "ends of segments");
     need(device_, samples_, std::uint64_t(words) * word * end_words, "ends of segments");
-    device_.run(shaft_kernels, "shaft_ends", tiles * width(), *s.origins, active(s), use_active(s),
-                s.origin_count, width(), origins_);
-    device_.run(shaft_kernels, "shaft_ends", words * word, *s.targets, *s.targets, 0u, s.samples, word,
-                samples_);
-    const auto trace = [&](std::uint32_t from, std::uint32_t to, std::uint32_t budget) {
-      const std::uint64_t numbers = (tiles + period - 1) / period * (to - from);
-      device_.run_local(shaft_kernels, "shaft_occluded", numbers * words, local(), origins_, s.origin_count,
-                        from, to, samples_, s.samples, words, options_.run_length, budget, tree_.nodes,
-                        tree_.triangles, tree_.facets, masks, device_counts_);
-    };
-    if (options_.budget != ShaftOptions::automatic) return trace(0, period, options_.budget);
-    if (!warm_ || tiles * words < worth_measuring) {
-      warm_ = true;  // the device's compiler has done its work then
-      return trace(0, period, usual_budget);
-    }
-    const auto seconds = [&](std::uint32_t from, std::uint32_t budget) {
-      device_.finish();
-      const auto start = std::chrono::steady_clock::now();
-      trace(from, from + 1, budget);
-      device_.finish();
-      return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    };
-    const bool shafts = seconds(0, usual_budget) <= seconds(1, 0);
-    ++(shafts ? shafts_ : packets_);
-    trace(2, period, shafts ? usual_budget : 0);
+    device_.run(shaft_kernels, "shaft_ends", tiles, *s.origins, active(s), use_active(s), s.origin_count,
+                width(), origins_);
+    device_.run(shaft_kernels, "shaft_ends", words * word / width(), *s.targets, *s.targets, 0u, s.samples,
+                word, samples_);
+    const std::uint32_t runs = (word + options_.run_length - 1) / options_.run_length;
+    need(device_, boxes_, std::uint64_t(words) * runs * 8, "boxes of samples");
+    device_.run(shaft_kernels, "shaft_runs", words * runs, samples_, s.samples, options_.run_length, runs,
+                boxes_);
+    device_.run_local(shaft_kernels, "shaft_occluded", tiles * words, local(), origins_, s.origin_count,
+                      samples_, boxes_, s.samples, words, options_.run_length, options_.budget, tree_.nodes,
+                      tree_.triangles, tree_.facets, masks, device_counts_);
+    const std::uint32_t last = s.samples - (words - 1) * word;
+    runs_ +=
+        tiles * (std::uint64_t(words - 1) * runs + (last + options_.run_length - 1) / options_.run_length);
   }
 
   unsigned width() const { return device_.options().packet_width; }

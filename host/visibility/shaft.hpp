@@ -11,10 +11,10 @@ namespace clrad {
 struct ShaftOptions {
   std::uint32_t run_length = 32;  ///< samples of one shaft, at most 32
   /// Triangles that a shaft may have to ask sample by sample; beyond it, samples go one by one. 0: they always do.
-  /// automatic: either, each time by which was faster on a few of the receivers.
-  std::uint32_t budget = automatic;
+  /// usual: half as many as it has samples, from 1 to 8.
+  std::uint32_t budget = usual;
 
-  static constexpr std::uint32_t automatic = 0xffffffffu;
+  static constexpr std::uint32_t usual = 0xffffffffu;
 };
 
 /// `shaft`, and what its tests and benchmarks look at.

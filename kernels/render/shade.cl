@@ -14,24 +14,33 @@
 /* seen[i]: from the triangle that ray i meets to the polygon it sees. In a plane polygons may overlap, and an engine may
  * name any of them. Of those that contain the point the last in the file that shows its front is seen; where all
  * show their backs, the last of them. Of a two-sided polygon the engine names the front, and its back is seen from
- * behind, whatever rounding says of the outline. layers: per polygon those of its plane that overlap it, in rising order. */
+ * behind, whatever rounding says of the outline.
+ * layers: per polygon those of its plane that overlap it and face as it does, from layer_start[2 polygon] on, then those that face
+ * the other way, from layer_start[2 polygon + 1] on: where the one kind shows its front the other cannot be seen, and a floor on
+ * which much stands is not asked about the undersides of it all. */
 __kernel void find_seen(__global const CLRAD_POINT_T* origins, __global const CLRAD_POINT_T* targets,
                         __global uint* seen, uint rays, __global const uint* polygon_of, __global const REAL* polygons,
                         __global const uint* layer_start, __global const uint* layers) {
   const uint ray = (uint)get_global_id(0);
   if (ray >= rays || seen[ray] == CLRAD_NONE) return;
-  const uint hit = polygon_of[seen[ray]], first = layer_start[hit], last = layer_start[hit + 1];
+  const uint hit = polygon_of[seen[ray]], same = layer_start[2 * hit], turned = layer_start[2 * hit + 1],
+             end = layer_start[2 * hit + 2];
   uint top = hit;
-  if (first < last) {
+  if (same < end) {
     __global const REAL* table = polygons + (ulong)hit * CLRAD_POLYGON_REALS;
-    int front = clrad_meet(table, origins + ray, targets + ray).facing < (REAL)0;
+    const int from_front = clrad_meet(table, origins + ray, targets + ray).facing < (REAL)0;
+    int front = from_front;
     if (!front && table[18] != (REAL)0) top = hit + 1, front = 1;
-    for (uint l = first; l < last; ++l) {
-      __global const REAL* other = polygons + (ulong)layers[l] * CLRAD_POLYGON_REALS;
-      const clrad_seen s = clrad_meet(other, origins + ray, targets + ray);
-      const int other_front = s.facing < (REAL)0;
-      const int over = other_front != front ? other_front : layers[l] > top;
-      if (over && clrad_contains(other, s)) top = layers[l], front = other_front;
+    /* Those that show their fronts, and, where none contains the point, those that show their backs. */
+    for (uint pass = 0; pass < 2; ++pass) {
+      const int shows_front = pass == 0, as_hit = shows_front == from_front;
+      if (!shows_front && front) break;
+      const uint last = as_hit ? turned : end;
+      for (uint l = as_hit ? same : turned; l < last; ++l) {
+        if (front == shows_front && layers[l] < top) continue;
+        __global const REAL* other = polygons + (ulong)layers[l] * CLRAD_POLYGON_REALS;
+        if (clrad_contains(other, clrad_meet(other, origins + ray, targets + ray))) top = layers[l], front = shows_front;
+      }
     }
   }
   seen[ray] = top;

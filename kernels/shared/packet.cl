@@ -96,4 +96,25 @@ static inline int clrad_most(clrad_ints v) {
 #endif
 }
 
+/* The same of floats. */
+static inline float least_lane(clrad_floats v) {
+#if CLRAD_WIDTH == 1
+  return v;
+#else
+#if CLRAD_WIDTH == 16
+  const float8 h = v.lo < v.hi ? v.lo : v.hi;
+  const float4 f = h.lo < h.hi ? h.lo : h.hi;
+#elif CLRAD_WIDTH == 8
+  const float4 f = v.lo < v.hi ? v.lo : v.hi;
+#else
+  const float4 f = v;
+#endif
+  const float2 t = f.lo < f.hi ? f.lo : f.hi;
+  return t.x < t.y ? t.x : t.y;
+#endif
+}
+static inline float greatest_lane(clrad_floats v) {
+  return -least_lane(-v);
+}
+
 #endif

@@ -131,10 +131,10 @@ static inline void load_nearest(nearest_hits* n, __global const CLRAD_POINT_T* o
   load_packet(n->s, &n->p);
 }
 
-/* Takes in the triangle that is number `index` of the input: the nearest by (t, index) stays. */
-static inline void meet(nearest_hits* n, __global const clrad_triangle* t, __global const clrad_facet* f, uint index) {
+/* Takes in the triangle that is number `index` of the input: the nearest by (t, index) stays. Whether some segment met it. */
+static inline int meet(nearest_hits* n, __global const clrad_triangle* t, __global const clrad_facet* f, uint index) {
   const clrad_ints hit = packet_blocked(n->s, &n->p, t, f, CLRAD_IS(CLRAD_LANES < (int)n->lanes), &n->exact);
-  if (clrad_bits_of_any(hit) == 0) return;
+  if (clrad_bits_of_any(hit) == 0) return 0;
   int hits[CLRAD_WIDTH];
   CLRAD_STORE(hit, hits);
   for (uint lane = 0; lane < n->lanes; ++lane) {
@@ -145,6 +145,7 @@ static inline void meet(nearest_hits* n, __global const clrad_triangle* t, __glo
       n->triangle[lane] = index;
     }
   }
+  return 1;
 }
 
 static inline void store_nearest(const nearest_hits* n, ulong begin, __global uint* triangle, __global float* t) {

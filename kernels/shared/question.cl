@@ -164,35 +164,36 @@ static inline void ask_triangle(question* q, const run* r, __global const clrad_
 }
 
 static inline float8 box_of_receivers(const question* q) {
-  float low[3], high[3];
-  for (uint c = 0; c < 3; ++c) {
-    low[c] = high[c] = RECEIVER(q, c, 0);
-    for (uint lane = 1; lane < CLRAD_WIDTH; ++lane) {
-      low[c] = CLRAD_MIN(low[c], RECEIVER(q, c, lane));
-      high[c] = CLRAD_MAX(high[c], RECEIVER(q, c, lane));
-    }
-  }
-  return (float8)(low[0], low[1], low[2], 0, high[0], high[1], high[2], 0);
+  return (float8)(least_lane(q->ax), least_lane(q->ay), least_lane(q->az), 0, greatest_lane(q->ax), greatest_lane(q->ay),
+                  greatest_lane(q->az), 0);
 }
 
-static inline float8 run_of_samples(const question* q, uint begin, uint end, run* r) {
+/* The box of the samples [begin, end) of the word whose ends are at b: low x y z, their plane, high x y z, 0. */
+static inline float8 box_of_samples(__global const uint* b, uint begin, uint end) {
   float low[3], high[3];
-  uint plane = SAMPLE_PLANE(q, begin);
-  for (uint c = 0; c < 3; ++c) low[c] = high[c] = SAMPLE(q, c, begin);
+  uint plane = b[6 * 32 + begin];
+  for (uint c = 0; c < 3; ++c) low[c] = high[c] = as_float(b[c * 32 + begin]);
   for (uint k = begin + 1; k < end; ++k) {
     for (uint c = 0; c < 3; ++c) {
-      low[c] = CLRAD_MIN(low[c], SAMPLE(q, c, k));
-      high[c] = CLRAD_MAX(high[c], SAMPLE(q, c, k));
+      const float x = as_float(b[c * 32 + k]);
+      low[c] = CLRAD_MIN(low[c], x);
+      high[c] = CLRAD_MAX(high[c], x);
     }
-    plane = plane == SAMPLE_PLANE(q, k) ? plane : CLRAD_NONE;
+    plane = plane == b[6 * 32 + k] ? plane : CLRAD_NONE;
   }
+  return (float8)(low[0], low[1], low[2], as_float(plane), high[0], high[1], high[2], 0);
+}
+
+/* Samples [begin, end) of the word, whose box is `there`. */
+static inline void run_in(const question* q, float8 there, uint begin, uint end, run* r) {
+  const float low[3] = {there.s0, there.s1, there.s2}, high[3] = {there.s4, there.s5, there.s6};
   float middle[3], half_side[3];
   for (uint c = 0; c < 3; ++c) {
     /* Low parts are below 2^-24 |hi|; the middle and the half are rounded once each. */
     middle[c] = 0.5f * (low[c] + high[c]);
     half_side[c] = 0.5f * (high[c] - low[c]) + 0x1p-22f * (fabs(low[c]) + fabs(high[c])) + 0x1p-100f;
   }
-  const sample_box box = {middle[0], middle[1], middle[2], half_side[0], half_side[1], half_side[2], plane};
+  const sample_box box = {middle[0], middle[1], middle[2], half_side[0], half_side[1], half_side[2], as_uint(there.s3)};
   r->box = box;
   r->begin = begin;
   r->end = end;
@@ -201,7 +202,6 @@ static inline float8 run_of_samples(const question* q, uint begin, uint end, run
   r->dz = (middle[2] - q->az) - q->az_lo;
   const clrad_floats mx = fabs(r->dx) + box.hx, my = fabs(r->dy) + box.hy, mz = fabs(r->dz) + box.hz, mxy = CLRAD_MAX(mx, my);
   r->size = CLRAD_MAX(mxy, mz);
-  return (float8)(low[0], low[1], low[2], 0, high[0], high[1], high[2], 0);
 }
 
 #endif

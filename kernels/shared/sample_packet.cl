@@ -1,16 +1,12 @@
 /* One sample against the receivers that do not know yet: a packet of segments from it, walked box by box (slabs, Kay & Kajiya
  * 1986) where the lanes are and not where their hull is. What depends on the sample and the triangle alone is scalar: the tests
  * are those of shared/triangle.cl with the sample as a and D = receiver - sample, and the receivers' sides as
- *   S_b = S_a + N . D, off by E_S of both: 8u normal_size (|A|_1 + |D|_1).
- * Boxes are padded by PACKET_PAD: an origin is off by 2^-23 (its low part), a direction by 2u of at most 8, a crossing (a coordinate
- * and the origin, at most 4 each and rounded, times 1 / D, their sum rounded) by what moves the plane by 20u. Together that is
- * 2.3e-6 at most, and the pad 3.8e-6. */
+ *   S_b = S_a + N . D, off by E_S of both: 8u normal_size (|A|_1 + |D|_1). */
 #ifndef CLRAD_SAMPLE_PACKET_CL
 #define CLRAD_SAMPLE_PACKET_CL
 #include "shared/hull.cl"
 #include "shared/question.cl"
-
-#define PACKET_PAD 0x1p-18f
+#include "shared/slabs.cl"
 
 typedef struct sample_packet {
   float x, y, z, x_lo, y_lo, z_lo;
@@ -67,49 +63,6 @@ static inline clrad_ints blocked_of_packet(question* q, const sample_packet* p, 
   return hit;
 }
 
-typedef struct slabs {
-  clrad_floats ix, iy, iz, low_x, low_y, low_z, high_x, high_y, high_z; /* crossings: coordinate * i + low or high */
-} slabs;
-
-/* 1 / d; where a segment does not move along the axis, so much that both crossings are far outside it unless it lies between
- * them, and no infinity whose difference would be none. Other components are 2^-38 at least. */
-static inline clrad_floats inverse(clrad_floats d) {
-  const clrad_floats none = 1e30f, one = 1.0f / d;
-  return CLRAD_IS(d == 0.0f) ? none : one;
-}
-
-static inline slabs slabs_of(clrad_floats x, clrad_floats y, clrad_floats z, clrad_floats dx, clrad_floats dy,
-                             clrad_floats dz) {
-  slabs s;
-  s.ix = inverse(dx);
-  s.iy = inverse(dy);
-  s.iz = inverse(dz);
-  s.low_x = -(x + PACKET_PAD) * s.ix;
-  s.low_y = -(y + PACKET_PAD) * s.iy;
-  s.low_z = -(z + PACKET_PAD) * s.iz;
-  s.high_x = -(x - PACKET_PAD) * s.ix;
-  s.high_y = -(y - PACKET_PAD) * s.iy;
-  s.high_z = -(z - PACKET_PAD) * s.iz;
-  return s;
-}
-
-/* Lanes whose segment may meet child k's box. */
-static inline clrad_ints meets_padded(const slabs* s, __global const float* node, uint k) {
-  const clrad_floats x0 = node[k] * s->ix + s->low_x, x1 = node[3 * WIDE + k] * s->ix + s->high_x;
-  const clrad_floats y0 = node[WIDE + k] * s->iy + s->low_y, y1 = node[4 * WIDE + k] * s->iy + s->high_y;
-  const clrad_floats z0 = node[2 * WIDE + k] * s->iz + s->low_z, z1 = node[5 * WIDE + k] * s->iz + s->high_z;
-  const clrad_floats near_x = CLRAD_MIN(x0, x1), near_y = CLRAD_MIN(y0, y1), near_z = CLRAD_MIN(z0, z1);
-  const clrad_floats far_x = CLRAD_MAX(x0, x1), far_y = CLRAD_MAX(y0, y1), far_z = CLRAD_MAX(z0, z1);
-  clrad_floats begin = 0.0f, end = 1.0f;
-  begin = CLRAD_MAX(near_x, begin);
-  begin = CLRAD_MAX(near_y, begin);
-  begin = CLRAD_MAX(near_z, begin);
-  end = CLRAD_MIN(far_x, end);
-  end = CLRAD_MIN(far_y, end);
-  end = CLRAD_MIN(far_z, end);
-  return CLRAD_IS(begin <= end);
-}
-
 /* Triangles that blocked some segment most recently, the last first: they are tried first, for neighbours are blocked by the same. */
 #define RECENT 4
 
@@ -138,7 +91,7 @@ static inline void walk_packet(question* q, uint k, float8 receivers, uint* rece
   p.size = q->size[k];
   p.norm = CLRAD_NORM_1(p.dx, p.dy, p.dz);
   p.plane = SAMPLE_PLANE(q, k);
-  run_of_samples(q, k, k + 1, &p.alone);
+  run_in(q, box_of_samples(q->b, k, k + 1), k, k + 1, &p.alone);
   clrad_ints live = asked;
   for (uint i = 0; i < RECENT && recent[i] != CLRAD_NONE; ++i) {
     const clrad_ints hit = blocked_of_packet(q, &p, k, live, triangles + recent[i], facets + recent[i]);
@@ -148,6 +101,7 @@ static inline void walk_packet(question* q, uint k, float8 receivers, uint* rece
   const clrad_floats x = p.x, y = p.y, z = p.z;
   const slabs lanes = slabs_of(x, y, z, p.dx, p.dy, p.dz);
   const shaft s = shaft_between(receivers, (float8)(p.x, p.y, p.z, 0, p.x, p.y, p.z, 0));
+  clrad_floats begin;
   uint stack[STACK];
   uint top = 1;
   stack[0] = 0;
@@ -157,7 +111,7 @@ static inline void walk_packet(question* q, uint k, float8 receivers, uint* rece
     uint met = children_met(&s, boxes);
     for (; met; met &= met - 1) {
       const uint child = lowest_bit(met), code = node[6 * WIDE + child], in_leaf = code & 7u, first = code >> 3;
-      if (clrad_bits_of_any(meets_padded(&lanes, boxes, child) & live) == 0) continue;
+      if (clrad_bits_of_any(meets(&lanes, boxes, child, 1.0f, &begin) & live) == 0) continue;
       if (in_leaf == 0) {
         stack[top++] = first;
         continue;

@@ -56,18 +56,30 @@ typedef struct clrad_end {
   uint plane;
 } clrad_end;
 
+/* A point's coordinates as pairs of floats. */
+static inline void clrad_split_point(__global const CLRAD_POINT_T* p, float* x, float* y, float* z, float* x_lo, float* y_lo,
+                                     float* z_lo) {
+  *x = (float)p->x;
+  *y = (float)p->y;
+  *z = (float)p->z;
+#ifdef CLRAD_FP64
+  *x_lo = (float)((p->x - *x) + p->x_lo);
+  *y_lo = (float)((p->y - *y) + p->y_lo);
+  *z_lo = (float)((p->z - *z) + p->z_lo);
+#else
+  *x_lo = p->x_lo;
+  *y_lo = p->y_lo;
+  *z_lo = p->z_lo;
+#endif
+}
+
 static inline clrad_end clrad_snap_point(__global const CLRAD_POINT_T* p) {
   clrad_end e;
-#ifdef CLRAD_FP64
-  const float x = (float)p->x, y = (float)p->y, z = (float)p->z;
-  clrad_snap(x, (float)((p->x - x) + p->x_lo), &e.x, &e.x_lo);
-  clrad_snap(y, (float)((p->y - y) + p->y_lo), &e.y, &e.y_lo);
-  clrad_snap(z, (float)((p->z - z) + p->z_lo), &e.z, &e.z_lo);
-#else
-  clrad_snap(p->x, p->x_lo, &e.x, &e.x_lo);
-  clrad_snap(p->y, p->y_lo, &e.y, &e.y_lo);
-  clrad_snap(p->z, p->z_lo, &e.z, &e.z_lo);
-#endif
+  float x, y, z, x_lo, y_lo, z_lo;
+  clrad_split_point(p, &x, &y, &z, &x_lo, &y_lo, &z_lo);
+  clrad_snap(x, x_lo, &e.x, &e.x_lo);
+  clrad_snap(y, y_lo, &e.y, &e.y_lo);
+  clrad_snap(z, z_lo, &e.z, &e.z_lo);
   e.plane = p->plane;
   return e;
 }

@@ -26,6 +26,7 @@
 #ifndef CLRAD_TRIANGLE_CL
 #define CLRAD_TRIANGLE_CL
 
+#include "shared/box.cl"
 #include "shared/predicate.cl"
 
 #define CLRAD_MISS 0
@@ -100,9 +101,9 @@ static inline void clrad_count(volatile __global uint* counter, uint n) {
   if (before + n < before) atomic_inc(counter + 1);
 }
 
-/* Where a segment that the triangle blocks meets its plane, from 0 at a to 1 at b: S_a / (S_a - S_b). The one formula
- * of every engine, so that they agree to the bit. Clamped to [0, 1]; 0 when it is 0 / 0 (the segment lies in the
- * plane). */
+/* Where a segment that the triangle blocks meets its plane, from 0 at a to 1 at b: S_a / (S_a - S_b), 0 when that is 0 / 0 (the segment
+ * lies in the plane); and, since seen edge-on that says little, no nearer than the triangle's box: what lies behind a box need not be
+ * asked for the nearest hit. The one formula of every engine, so that they agree to the bit. */
 static inline float clrad_hit_parameter(clrad_segment s, clrad_triangle t, clrad_facet f) {
   float px = CLRAD_DIFFERENCE(s.ax, s.ax_lo, t.x0, t.x0_lo);
   float py = CLRAD_DIFFERENCE(s.ay, s.ay_lo, t.y0, t.y0_lo);
@@ -112,7 +113,20 @@ static inline float clrad_hit_parameter(clrad_segment s, clrad_triangle t, clrad
   float rz = CLRAD_DIFFERENCE(s.bz, s.bz_lo, t.z0, t.z0_lo);
   float side_a = CLRAD_DOT(f.nx, f.ny, f.nz, px, py, pz), side_b = CLRAD_DOT(f.nx, f.ny, f.nz, rx, ry, rz);
   float where = side_a / (side_a - side_b);
-  return where >= 0.0f ? (where <= 1.0f ? where : 1.0f) : 0.0f;
+  where = where >= 0.0f ? where : 0.0f;
+  const float entry_x =
+      entry_along(s.ax, CLRAD_DIFFERENCE(s.bx, s.bx_lo, s.ax, s.ax_lo), lowest(t.x0, t.x0_lo, t.x1, t.x1_lo, t.x2, t.x2_lo),
+                  highest(t.x0, t.x0_lo, t.x1, t.x1_lo, t.x2, t.x2_lo));
+  const float entry_y =
+      entry_along(s.ay, CLRAD_DIFFERENCE(s.by, s.by_lo, s.ay, s.ay_lo), lowest(t.y0, t.y0_lo, t.y1, t.y1_lo, t.y2, t.y2_lo),
+                  highest(t.y0, t.y0_lo, t.y1, t.y1_lo, t.y2, t.y2_lo));
+  const float entry_z =
+      entry_along(s.az, CLRAD_DIFFERENCE(s.bz, s.bz_lo, s.az, s.az_lo), lowest(t.z0, t.z0_lo, t.z1, t.z1_lo, t.z2, t.z2_lo),
+                  highest(t.z0, t.z0_lo, t.z1, t.z1_lo, t.z2, t.z2_lo));
+  where = CLRAD_MAX(where, entry_x);
+  where = CLRAD_MAX(where, entry_y);
+  where = CLRAD_MAX(where, entry_z);
+  return where <= 1.0f ? where : 1.0f;
 }
 
 #endif

@@ -4,10 +4,11 @@
  * that choose each other become one. The host scans and compacts between the kernels, which is all that they need.
  *
  * Nodes 0 .. n-1 are the triangles in Morton order, n .. 2n-2 the pairs as they are made; the last is the root.
- * Boxes are conservative: a corner is hi + lo, and its box reaches to the next float where lo says so.
+ * Boxes are conservative (shared/box.cl).
  */
 #ifndef CLRAD_TREE_CL
 #define CLRAD_TREE_CL
+#include "shared/box.cl"
 #include "shared/types.h"
 
 #define RADIUS 8      /* clusters looked at on either side: one vector each */
@@ -15,13 +16,6 @@
 #define NODE_COST 1.0f     /* to test the boxes of a node's two children... */
 #define TRIANGLE_COST 2.0f /* ... and to test a triangle */
 #define LEAF_TRIANGLES 4   /* at most in a leaf */
-
-static inline float below(float hi, float lo) {
-  return lo < 0.0f ? hi - fabs(hi) * 0x1p-23f - 0x1p-100f : hi;
-}
-static inline float above(float hi, float lo) {
-  return lo > 0.0f ? hi + fabs(hi) * 0x1p-23f + 0x1p-100f : hi;
-}
 
 static inline uint spread_bits(uint x) {
   x = (x | x << 16) & 0x030000ffu;
@@ -38,12 +32,12 @@ __kernel void tree_leaves(__global const clrad_triangle* triangles, uint n, floa
   const uint i = get_global_id(0);
   if (i >= n) return;
   __global const clrad_triangle* t = triangles + i;
-  const float lx = fmin(fmin(below(t->x0, t->x0_lo), below(t->x1, t->x1_lo)), below(t->x2, t->x2_lo));
-  const float ly = fmin(fmin(below(t->y0, t->y0_lo), below(t->y1, t->y1_lo)), below(t->y2, t->y2_lo));
-  const float lz = fmin(fmin(below(t->z0, t->z0_lo), below(t->z1, t->z1_lo)), below(t->z2, t->z2_lo));
-  const float hx = fmax(fmax(above(t->x0, t->x0_lo), above(t->x1, t->x1_lo)), above(t->x2, t->x2_lo));
-  const float hy = fmax(fmax(above(t->y0, t->y0_lo), above(t->y1, t->y1_lo)), above(t->y2, t->y2_lo));
-  const float hz = fmax(fmax(above(t->z0, t->z0_lo), above(t->z1, t->z1_lo)), above(t->z2, t->z2_lo));
+  const float lx = lowest(t->x0, t->x0_lo, t->x1, t->x1_lo, t->x2, t->x2_lo);
+  const float ly = lowest(t->y0, t->y0_lo, t->y1, t->y1_lo, t->y2, t->y2_lo);
+  const float lz = lowest(t->z0, t->z0_lo, t->z1, t->z1_lo, t->z2, t->z2_lo);
+  const float hx = highest(t->x0, t->x0_lo, t->x1, t->x1_lo, t->x2, t->x2_lo);
+  const float hy = highest(t->y0, t->y0_lo, t->y1, t->y1_lo, t->y2, t->y2_lo);
+  const float hz = highest(t->z0, t->z0_lo, t->z1, t->z1_lo, t->z2, t->z2_lo);
   box[6 * i] = lx;
   box[6 * i + 1] = ly;
   box[6 * i + 2] = lz;

@@ -254,8 +254,18 @@ TEST(Layers, TilesThatOnlyTouchDoNotOverlap) {
                                    polygon({{0, 0, 1}, {1, 0, 1}, {1, 1, 1}})});
   const Frame frame = test::frame(scene);
   const Layers layers = overlapping_layers(occluder_triangles(scene, frame, plane_ids(scene)), 4);
-  EXPECT_EQ(layers.start, (std::vector<std::uint32_t>{0, 1, 2, 4, 4}));
+  EXPECT_EQ(layers.start, (std::vector<std::uint32_t>{0, 1, 1, 2, 2, 4, 4, 4, 4}));
   EXPECT_EQ(layers.polygon, (std::vector<std::uint32_t>{2, 2, 0, 1}));
+}
+
+TEST(Layers, ThoseThatFaceTheOtherWayAreListedApart) {
+  const Scene scene = test::scene({polygon({{0, 0, 0}, {2, 0, 0}, {2, 2, 0}, {0, 2, 0}}),
+                                   polygon({{0.2, 0.2, 0}, {0.2, 0.8, 0}, {0.8, 0.8, 0}, {0.8, 0.2, 0}}),
+                                   polygon({{0.5, 0.5, 0}, {1.5, 0.5, 0}, {1.5, 0.9, 0}})});
+  const Frame frame = test::frame(scene);
+  const Layers layers = overlapping_layers(occluder_triangles(scene, frame, plane_ids(scene)), 3);
+  EXPECT_EQ(layers.start, (std::vector<std::uint32_t>{0, 1, 2, 2, 4, 5, 6}));
+  EXPECT_EQ(layers.polygon, (std::vector<std::uint32_t>{2, 1, 0, 2, 0, 1}));
 }
 
 }  // namespace
