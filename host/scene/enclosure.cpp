@@ -8,6 +8,7 @@
 #include <glm/vec2.hpp>
 #include <memory>
 #include <optional>
+#include <span>
 
 #include "clrad/frame.hpp"
 #include "scene/backs.hpp"
@@ -72,16 +73,22 @@ class View {
     up_ = glm::cross(forward_, right_);
     side_ = std::clamp<Index>(Index(std::sqrt(double(facets.size()))), 1, 1024);
     cells_.resize(std::size_t(side_) * side_);
-    for (Index f = 0; f < facets.size(); ++f) {
-      glm::dvec2 low(INFINITY), high(-INFINITY);
-      for (Index k = 0; k < facets[f].corners; ++k) {
-        const glm::dvec2 p = flat(facets[f].corner[k]);
-        low = glm::min(low, p), high = glm::max(high, p);
+    for (Index i = 0; i < facets.size(); ++i) {
+      Outline o;
+      for (Index k = 0; k < facets[i].corners; ++k) {
+        o.corner[k] = flat(facets[i].corner[k]);
+        o.low = glm::min(o.low, o.corner[k]), o.high = glm::max(o.high, o.corner[k]);
       }
-      for (Index y = cell(low.y); y <= cell(high.y); ++y)
-        for (Index x = cell(low.x); x <= cell(high.x); ++x) cells_[std::size_t(y) * side_ + x].push_back(f);
+      o.low -= beside, o.high += beside;
+      for (Index y = cell(o.low.y); y <= cell(o.high.y); ++y)
+        for (Index x = cell(o.low.x); x <= cell(o.high.x); ++x)
+          cells_[std::size_t(y) * side_ + x].push_back(i);
+      outlines_.push_back(o);
     }
   }
+
+  // Facets that may lie above or below `p`, or have it in them.
+  std::span<const Index> in_line_with(const glm::dvec3& p) const { return cell_of(flat(p)); }
 
   // Winding number beside `p` on the side that `normal` points to; facets in `plane`, which p lies in, are not counted.
   // Nothing when the ray passes something too closely.
@@ -91,14 +98,16 @@ class View {
     if (std::abs(along) < 1e-6) return std::nullopt;
     const double way = along > 0 ? 1 : -1;
     int sum = 0;
-    for (const Index i : cells_[std::size_t(cell(at.y)) * side_ + cell(at.x)]) {
+    for (const Index i : cell_of(at)) {
       const Facet& f = facets_[i];
-      if (f.plane == plane) continue;
+      const Outline& o = outlines_[i];
+      if (f.plane == plane || at.x < o.low.x || at.y < o.low.y || at.x > o.high.x || at.y > o.high.y)
+        continue;
       const double slope = glm::dot(forward_, f.normal);
       bool left = true, right = true, close = false;
-      glm::dvec2 a = flat(f.corner[f.corners - 1]) - at;
+      glm::dvec2 a = o.corner[f.corners - 1] - at;
       for (Index k = 0; k < f.corners; ++k) {
-        const glm::dvec2 b = flat(f.corner[k]) - at;
+        const glm::dvec2 b = o.corner[k] - at;
         const double turn = a.x * b.y - a.y * b.x;
         close |= std::abs(turn) <= undecided;
         left &= turn > -undecided, right &= turn < undecided;
@@ -118,7 +127,18 @@ class View {
   Index cell(double x) const {  // the frame is in a ball of radius sqrt(3)
     return Index(std::clamp((x + 1.8) / 3.6, 0.0, 0.999999) * side_);
   }
+  std::span<const Index> cell_of(const glm::dvec2& at) const {
+    return cells_[std::size_t(cell(at.y)) * side_ + cell(at.x)];
+  }
+
+  // A facet as it is seen, and a box that what is farther off than rounding is not in.
+  struct Outline {
+    std::array<glm::dvec2, 4> corner{};
+    glm::dvec2 low{INFINITY}, high{-INFINITY};
+  };
+  static constexpr double beside = 1e-12;
   const std::vector<Facet>& facets_;
+  std::vector<Outline> outlines_;
   glm::dvec3 forward_, right_, up_;
   Index side_ = 1;
   std::vector<std::vector<Index>> cells_;
@@ -150,10 +170,6 @@ class Prover {
       : scene_(scene), frame_(frame), planes_(std::move(planes)), seams_(find_seams(scene, frame_, planes_)) {
     if (!seams_.open.empty()) return;
     facets_ = facets_of(scene_, frame_, planes_, seams_.fills);
-    in_plane_.resize(1 + *std::max_element(planes_.begin(), planes_.end()));
-    for (Index p = 0; p < scene.polygons.size(); ++p) in_plane_[planes_[p]].push_back(p);
-    fills_in_.resize(in_plane_.size());
-    for (Index i = 0; i < seams_.fills.size(); ++i) fills_in_[seams_.fills[i].plane].push_back(i);
   }
 
   // Besides the polygons there are `sheets`, both sides of which count as fronts; theirs are the planes `sheet_planes`.
@@ -204,30 +220,37 @@ class Prover {
     return fmt::format("\"{}\" at {}", scene_.polygons[p].name, scene_.polygons[p].where.text());
   }
 
+  const View& view(std::size_t d) {
+    if (!views_[d]) views_[d] = std::make_unique<View>(facets_, directions[d]);
+    return *views_[d];
+  }
+
   std::optional<int> winding(const glm::dvec3& at, const Facet& facet) {
-    for (std::size_t d = 0; d < directions.size(); ++d) {
-      if (!views_[d]) views_[d] = std::make_unique<View>(facets_, directions[d]);
-      if (const auto w = views_[d]->winding(at, facet.normal, facet.plane)) return w;
-    }
+    for (std::size_t d = 0; d < directions.size(); ++d)
+      if (const auto w = view(d).winding(at, facet.normal, facet.plane)) return w;
     return std::nullopt;
   }
 
   // By a polygon of another surface that faces it in the same plane, or by what stands on it.
-  bool covered(Index p, const glm::dvec3& at) const {
-    for (const Index q : in_plane_[planes_[p]]) {
-      const Facet& f = facets_[q];
-      if (seams_.surface[q] != seams_.surface[p] && glm::dot(f.normal, facets_[p].normal) < 0 &&
-          contains(std::span(f.corner).first(f.corners), f.normal, at))
+  bool covered(Index p, const glm::dvec3& at) {
+    int fills = 0;
+    for (const Index i : view(0).in_line_with(at)) {
+      const Facet& f = facets_[i];
+      if (f.plane != planes_[p] || surface_of(i) == seams_.surface[p] ||
+          !contains(std::span(f.corner).first(f.corners), f.normal, at))
+        continue;
+      const bool facing = glm::dot(f.normal, facets_[p].normal) < 0;
+      if (i >= scene_.polygons.size())
+        fills += facing ? f.weight : -f.weight;
+      else if (facing)
         return true;
     }
-    int fills = 0;
-    for (const Index i : fills_in_[planes_[p]]) {
-      const Fill& f = seams_.fills[i];
-      const glm::dvec3 n = glm::cross(f.corner[1] - f.corner[0], f.corner[2] - f.corner[0]);
-      if (f.surface != seams_.surface[p] && contains(f.corner, n, at))
-        fills += f.weight * (glm::dot(n, facets_[p].normal) < 0 ? 1 : -1);
-    }
     return fills > 0;
+  }
+
+  Index surface_of(Index facet) const {
+    const std::size_t polygons = scene_.polygons.size();
+    return facet < polygons ? seams_.surface[facet] : seams_.fills[facet - polygons].surface;
   }
 
   const Scene& scene_;
@@ -235,7 +258,6 @@ class Prover {
   std::vector<Index> planes_;
   Seams seams_;
   std::vector<Facet> facets_;
-  std::vector<std::vector<Index>> in_plane_, fills_in_;
   std::array<std::unique_ptr<View>, 4> views_;
 };
 

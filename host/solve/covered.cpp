@@ -59,26 +59,33 @@ std::vector<std::uint32_t> overlaid_points(const Scene& scene, const Mesh& mesh,
     by_plane[mesh.receivers[mesh.polygons[p].first_vertex].plane].push_back(p);
 
   struct Outline {
+    std::uint32_t polygon;
     std::vector<glm::dvec3> corner;
     glm::dvec3 normal, low, high;
   };
+  // Along the diagonal of the coordinates: one sweep per plane, whichever way it is tilted.
+  const auto key = [](const glm::dvec3& v) { return v.x + v.y + v.z; };
   for (const auto& [plane, members] : by_plane) {
     if (members.size() < 2) continue;
     std::vector<Outline> outlines;
     for (const std::uint32_t p : members) {
-      Outline o{outline(mesh, mesh.polygons[p], scene.polygons[p].corners), scene.polygons[p].normal(),
+      Outline o{p, outline(mesh, mesh.polygons[p], scene.polygons[p].corners), scene.polygons[p].normal(),
                 glm::dvec3(INFINITY), glm::dvec3(-INFINITY)};
       for (const auto& c : o.corner) o.low = glm::min(o.low, c), o.high = glm::max(o.high, c);
       outlines.push_back(std::move(o));
     }
-    for (std::size_t below = 0; below < members.size(); ++below)
-      for (std::size_t above = below + 1; above < members.size(); ++above) {
-        const Outline &a = outlines[below], &b = outlines[above];
-        if (glm::dot(a.normal, b.normal) < 0) continue;
+    std::sort(outlines.begin(), outlines.end(),
+              [&](const Outline& a, const Outline& b) { return key(a.low) < key(b.low); });
+    for (std::size_t i = 0; i < outlines.size(); ++i)
+      for (std::size_t j = i + 1; j < outlines.size() && key(outlines[j].low) <= key(outlines[i].high); ++j) {
+        const bool first_below = outlines[i].polygon < outlines[j].polygon;
+        const Outline &below = outlines[first_below ? i : j], &above = outlines[first_below ? j : i];
+        if (glm::dot(below.normal, above.normal) < 0) continue;
         // Boxes of neighbours that only touch overlap by rounding at most in each direction but one of zero thickness.
-        if (glm::any(glm::lessThan(a.high, b.low)) || glm::any(glm::lessThan(b.high, a.low))) continue;
-        for (const std::uint32_t i : points_of[members[below]])
-          if (contains(b.corner, b.normal, points[i].position)) overlaid[i] = 1;
+        if (glm::any(glm::lessThan(below.high, above.low)) || glm::any(glm::lessThan(above.high, below.low)))
+          continue;
+        for (const std::uint32_t p : points_of[below.polygon])
+          if (contains(above.corner, above.normal, points[p].position)) overlaid[p] = 1;
       }
   }
   return overlaid;
