@@ -121,8 +121,8 @@ __kernel void tree_nearest(uint count, uint room, uint plain, __global const flo
   p = before < 0 ? (int8)(0x7fffffff) : p;
   q = after >= (int)count ? (int8)(0x7fffffff) : q;
   const int least = least_of(LEAST(p, q));
-  const int8 x = (p == least) & (before >= 0) ? before ^ (int)i : (int8)(0x7fffffff);
-  const int8 y = (q == least) & (after < (int)count) ? after ^ (int)i : (int8)(0x7fffffff);
+  const int8 x = ((p == least) & (before >= 0)) ? before ^ (int)i : (int8)(0x7fffffff);
+  const int8 y = ((q == least) & (after < (int)count)) ? after ^ (int)i : (int8)(0x7fffffff);
   nearest[i] = (uint)(least_of(LEAST(x, y)) ^ (int)i);
 }
 
