@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/common.hpp>
 #include <limits>
 
+#include "device/parallel.hpp"
 #include "visibility/snap.hpp"
 
 namespace clrad {
@@ -52,7 +54,7 @@ bool snap_triangle(const OccluderTriangle& input, clrad_triangle& triangle, clra
     // Exact: below 2^83. The conversion to float rounds once.
     const Wide normal = Wide(edge[0][j]) * edge[1][k] - Wide(edge[0][k]) * edge[1][j];
     area = area || normal != 0;
-    n[axis] = std::ldexp(static_cast<float>(normal), -76);
+    n[axis] = static_cast<float>(normal) * 0x1p-76f;
   }
 
   triangle = {hi[0][0], hi[0][1], hi[0][2], hi[1][0], hi[1][1],    hi[1][2],     hi[2][0],
@@ -78,32 +80,42 @@ bool snap_triangle(const OccluderTriangle& input, clrad_triangle& triangle, clra
 }
 
 Occluders::Occluders(Device& device, std::span<const OccluderTriangle> input) {
-  std::vector<clrad_triangle> kept;
-  std::vector<clrad_facet> kept_facets;
-  std::vector<std::uint32_t> index;
-  for (std::size_t i = 0; i < input.size(); ++i) {
-    clrad_triangle triangle;
-    clrad_facet facet;
-    if (!snap_triangle(input[i], triangle, facet)) continue;
-    kept.push_back(triangle);
-    kept_facets.push_back(facet);
-    index.push_back(static_cast<std::uint32_t>(i));
-    for (const glm::dvec3& corner : input[i].corner) {
-      const glm::dvec3 p = unsnap(snap(corner));
-      const bool first = kept.size() == 1 && &corner == &input[i].corner[0];
-      for (int axis = 0; axis < 3; ++axis) {
-        box_low[axis] = first ? p[axis] : std::min(box_low[axis], p[axis]);
-        box_high[axis] = first ? p[axis] : std::max(box_high[axis], p[axis]);
+  constexpr std::size_t worth_a_thread = 10000;
+  const auto parts = unsigned(std::clamp<std::size_t>(input.size() / worth_a_thread, 1, host_cores(device)));
+  std::vector<clrad_triangle> kept(std::max<std::size_t>(1, input.size()));  // devices have no empty buffers
+  std::vector<clrad_facet> kept_facets(kept.size());
+  std::vector<std::uint32_t> index(kept.size());
+  struct Part {
+    std::size_t begin = 0, kept = 0;
+    glm::dvec3 low{INFINITY}, high{-INFINITY};
+  };
+  std::vector<Part> done(parts);
+  in_parallel(input.size(), parts, [&](std::size_t begin, std::size_t end, unsigned part) {
+    Part of{.begin = begin};
+    std::size_t at = begin;
+    for (std::size_t i = begin; i < end; ++i) {
+      if (!snap_triangle(input[i], kept[at], kept_facets[at])) continue;
+      index[at++] = static_cast<std::uint32_t>(i);
+      for (const glm::dvec3& corner : input[i].corner) {
+        const glm::dvec3 p = unsnap(snap(corner));
+        of.low = glm::min(of.low, p), of.high = glm::max(of.high, p);
       }
     }
+    of.kept = at - begin;
+    done[part] = of;
+  });
+  glm::dvec3 low(INFINITY), high(-INFINITY);
+  for (const Part& part : done) {
+    const auto move = [&](auto& from) {
+      std::copy_n(from.begin() + std::ptrdiff_t(part.begin), part.kept, from.begin() + count);
+    };
+    if (part.begin > count) move(kept), move(kept_facets), move(index);
+    count += static_cast<std::uint32_t>(part.kept);
+    low = glm::min(low, part.low), high = glm::max(high, part.high);
   }
-  count = static_cast<std::uint32_t>(kept.size());
-  // Devices have no empty buffers.
-  if (kept.empty()) {
-    kept.emplace_back();
-    kept_facets.emplace_back();
-    index.push_back(0);
-  }
+  if (count > 0) box_low = low, box_high = high;
+  const std::size_t size = std::max(1u, count);
+  kept.resize(size), kept_facets.resize(size), index.resize(size);
   triangles = Array<clrad_triangle>(device, kept, "occluder triangles");
   facets = Array<clrad_facet>(device, kept_facets, "occluder facets");
   input_index = Array<std::uint32_t>(device, index, "occluder indices");
