@@ -30,13 +30,18 @@ static inline void count(volatile __global uint* counts, uint exact, uint asked,
  * triangles: the bits known by then are true all the same. */
 static inline int walk(question* q, const run* r, const shaft* s, uint budget, __global const uint* nodes,
                        __global const clrad_triangle* triangles, __global const clrad_facet* facets) {
-  const beams lanes = beams_to(q, r);
+  beams lanes; /* made when the hull meets anything */
+  int have_beams = 0;
   uint stack[STACK];
   uint top = 1;
   stack[0] = 0;
   while (top > 0) {
     __global const uint* node = nodes + (ulong)WIDE_WORDS * stack[--top];
     uint met = children_met(s, (__global const float*)node);
+    if (met && !have_beams) {
+      lanes = beams_to(q, r);
+      have_beams = 1;
+    }
     for (; met; met &= met - 1) {
       const uint child = lowest_bit(met), code = node[6 * WIDE + child], in_leaf = code & 7u, first = code >> 3;
       if (clrad_bits_of_any(meets_beams(&lanes, (__global const float*)node, child) & CLRAD_IS(q->todo != 0)) == 0) continue;
