@@ -84,10 +84,40 @@ struct Peer {
   bool robust;
 };
 
+/// Float operations of one lane (products, sums, comparisons, least and greatest), counted in the kernels' text: of a node, the hull's
+/// six sides and six slants against eight children; of a child's box, that a packet's lanes cross it; of a triangle, what comes
+/// before single samples are asked, and what one sample and the triangle alone take is left out.
+constexpr double ops_of_node = 8 * (6 + 6 * 4), ops_of_box = 25, ops_of_shaft_triangle = 105,
+                 ops_of_packet_triangle = 36;
+
+double operations(const ShaftWork& w, unsigned width) {
+  return ops_of_node * double(w.nodes) +
+         width * (ops_of_box * double(w.boxes) + ops_of_shaft_triangle * double(w.shaft_triangles) +
+                  ops_of_packet_triangle * double(w.packet_triangles));
+}
+
+/// Products and sums in registers a second, the best of a few tries [1e9].
+double peak_gops(Device& device) {
+  constexpr std::uint32_t items = 4096, rounds = 4000, chains = 12;
+  Array<float> sums(device, items, "sums");
+  double best = 0;
+  for (int k = 0; k < 5; ++k) {
+    const auto start = Clock::now();
+    device.run_local("device/peak.cl", "peak", items, device.info().gpu ? 0 : 1, items, rounds, 0.999f,
+                     0.001f, sums);
+    device.finish();
+    if (k > 0)
+      best =
+          std::max(best, 1e-9 * items * 2.0 * rounds * chains * device.options().packet_width / since(start));
+  }
+  return best;
+}
+
 /// Embree's segments stay this far clear of their ends.
 constexpr float offset = 1e-4f;
 
 void measure(const Options& o, Device& device, Setting& setting, nlohmann::json& report, bool& agree) {
+  static const double peak = o.profile ? peak_gops(device) : 0;
   const unsigned threads = device.options().cores ? device.options().cores : device.info().compute_units;
   const EmbreeScene robust(setting.triangles, true, threads), plain(setting.triangles, false, threads);
   std::vector<std::unique_ptr<VisibilityEngine>> engines;
@@ -193,6 +223,35 @@ void measure(const Options& o, Device& device, Setting& setting, nlohmann::json&
                                 {"mismatches", wrong[t]},
                                 {"embree_mismatches", wrong[ours + best]}});
     }
+    if (o.profile && !o.engines.empty() && o.engines[0] == "shaft") {
+      auto& shaft = dynamic_cast<ShaftEngine&>(*engines[0]);
+      const ShaftWork before = shaft.work();
+      turns[0]();
+      ShaftWork w = shaft.work();
+      w.runs -= before.runs, w.given_up -= before.given_up, w.nodes -= before.nodes, w.boxes -= before.boxes;
+      w.shaft_triangles -= before.shaft_triangles, w.packet_triangles -= before.packet_triangles;
+      const unsigned width = device.options().packet_width;
+      const double packets = double(tests) / width;
+      const double gops = 1e-9 * operations(w, width) / median(seconds[0]);
+      fmt::print(
+          "        of {:.0f} packets of {} tests: {:.2f} nodes, {:.2f} boxes, {:.2f} triangles of shafts, "
+          "{:.2f} of packets "
+          "each; {:.0f} % of the runs given up; {:.1f} Gop/s, {:.0f} % of {:.0f}\n",
+          packets, width, double(w.nodes) / packets, double(w.boxes) / packets,
+          double(w.shaft_triangles) / packets, double(w.packet_triangles) / packets,
+          100 * double(w.given_up) / double(w.runs), gops, 100 * gops / peak, peak);
+      report["work"].push_back({{"scene", setting.scene.file},
+                                {"samples", n},
+                                {"packets", packets},
+                                {"nodes", w.nodes},
+                                {"boxes", w.boxes},
+                                {"shaft_triangles", w.shaft_triangles},
+                                {"packet_triangles", w.packet_triangles},
+                                {"runs", w.runs},
+                                {"given_up", w.given_up},
+                                {"gops", gops},
+                                {"peak_gops", peak}});
+    }
     if (o.profile)
       for (std::size_t p = 0; p < peers.size(); ++p)
         fmt::print("        Embree {:10} {:7} {:8.2f} Mtests/s, {} bits differ\n", name_of(peers[p].way),
@@ -224,7 +283,9 @@ int main(int argc, char** argv) {
   app.add_option("--budget", o.shaft.budget, "triangles that a shaft asks sample by sample");
   app.add_flag("--alone", o.alone, "one way of asking Embree only: for work on the engines");
   app.add_flag("--quick", o.quick, "three rounds");
-  app.add_flag("--profile", o.profile, "every way of asking Embree, too");
+  app.add_flag(
+      "--profile", o.profile,
+      "what shafts and packets do, the share of the peak that makes, and every way of asking Embree");
   CLI11_PARSE(app, argc, argv);
 
   Device device(o.device);

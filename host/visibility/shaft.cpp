@@ -50,10 +50,21 @@ class Shaft final : public ShaftEngine {
   }
 
   VisibilityCounts counts() const override {
+    const std::vector<std::uint32_t> words = device_counts_.download();
     VisibilityCounts counts = counts_;
-    counts.exact = counted(0);
-    counts.candidates = counted(2);
+    counts.exact = counted(words, 0);
+    counts.candidates = counted(words, 2);
     return counts;
+  }
+
+  ShaftWork work() const override {
+    const std::vector<std::uint32_t> words = device_counts_.download();
+    return {.runs = runs_,
+            .given_up = counted(words, 4),
+            .nodes = counted(words, 6),
+            .boxes = counted(words, 8),
+            .shaft_triangles = counted(words, 10),
+            .packet_triangles = counted(words, 12)};
   }
 
   std::string account() const override {
@@ -62,7 +73,7 @@ class Shaft final : public ShaftEngine {
         "shafts decided {:.1f} % of the runs of up to {} samples; the others, where too many triangles hide "
         "a part, "
         "went on as packets",
-        100 * (1 - double(counted(4)) / double(runs_)), options_.run_length);
+        100 * (1 - double(work().given_up) / double(runs_)), options_.run_length);
   }
 
  private:
@@ -75,8 +86,7 @@ class Shaft final : public ShaftEngine {
   Array<float> boxes_;
   std::uint64_t runs_ = 0;  ///< of samples, which had a shaft each
 
-  std::uint64_t counted(std::size_t what) const {
-    const std::vector<std::uint32_t> words = device_counts_.download();
+  static std::uint64_t counted(const std::vector<std::uint32_t>& words, std::size_t what) {
     std::uint64_t sum = 0;
     for (std::size_t at = what; at < words.size(); at += count_words)
       sum += words[at] + (std::uint64_t(words[at + 1]) << 32);

@@ -21,7 +21,9 @@ typedef struct question {
   clrad_ints a_plane, todo;
   __global const uint *a, *b; /* ends of the tile and of the word, see shaft_ends */
   clrad_floats dx[32], dy[32], dz[32], size[32]; /* to each sample of the word, where have_directions */
-  uint have_directions, undecided_count, loops, asked;
+  uint have_directions, undecided_count, loops;
+  /* For accounts: nodes visited, boxes of their children held against each lane, triangles that the shaft and that packets asked. */
+  uint nodes, boxes, asked, asked_alone;
 } question;
 
 #define END_WORDS 7

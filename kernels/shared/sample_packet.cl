@@ -18,7 +18,7 @@ typedef struct sample_packet {
 /* Lanes of `live` that the triangle blocks. */
 static inline clrad_ints blocked_of_packet(question* q, const sample_packet* p, uint k, clrad_ints live,
                                            __global const clrad_triangle* t, __global const clrad_facet* f) {
-  ++q->asked;
+  ++q->asked_alone;
   const uint plane = t->plane;
   if (plane != CLRAD_NONE) {
     if (plane == p->plane) return 0;
@@ -109,7 +109,9 @@ static inline void walk_packet(question* q, uint k, float8 receivers, uint* rece
     __global const uint* node = nodes + (ulong)WIDE_WORDS * stack[--top];
     __global const float* boxes = (__global const float*)node;
     uint met = children_met(&s, boxes);
+    ++q->nodes;
     for (; met; met &= met - 1) {
+      ++q->boxes;
       const uint child = lowest_bit(met), code = node[6 * WIDE + child], in_leaf = code & 7u, first = code >> 3;
       if (clrad_bits_of_any(meets(&lanes, boxes, child, 1.0f, &begin) & live) == 0) continue;
       if (in_leaf == 0) {

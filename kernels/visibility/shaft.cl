@@ -15,15 +15,16 @@
 #include "shared/sample_packet.cl"
 
 /* Counts at COUNT_PLACES places, a cache line each: at a single one the work-items would wait for each other. Two words each: exact
- * tests, pairs of a receiver and a triangle looked at, runs of samples whose shaft was given up. */
+ * tests, pairs of a receiver and a triangle looked at, runs of samples whose shaft was given up, then nodes, boxes and triangles of
+ * shafts and of packets, as in a question. */
 #define COUNT_PLACES 64
 #define COUNT_WORDS 16
 
-static inline void count(volatile __global uint* counts, uint exact, uint asked, uint given_up) {
+static inline volatile __global uint* count(volatile __global uint* counts, uint exact, uint triangles) {
   volatile __global uint* place = counts + get_global_id(0) % COUNT_PLACES * COUNT_WORDS;
   clrad_count(place, exact);
-  clrad_count(place + 2, asked * CLRAD_WIDTH);
-  clrad_count(place + 4, given_up);
+  clrad_count(place + 2, triangles * CLRAD_WIDTH);
+  return place;
 }
 
 /* Walks the tree for one run of samples; ends early when all of its bits are known. 0 when that would take more than `budget`
@@ -38,11 +39,13 @@ static inline int walk(question* q, const run* r, const shaft* s, uint budget, _
   while (top > 0) {
     __global const uint* node = nodes + (ulong)WIDE_WORDS * stack[--top];
     uint met = children_met(s, (__global const float*)node);
+    ++q->nodes;
     if (met && !have_beams) {
       lanes = beams_to(q, r);
       have_beams = 1;
     }
     for (; met; met &= met - 1) {
+      ++q->boxes;
       const uint child = lowest_bit(met), code = node[6 * WIDE + child], in_leaf = code & 7u, first = code >> 3;
       if (clrad_bits_of_any(meets_beams(&lanes, (__global const float*)node, child) & CLRAD_IS(q->todo != 0)) == 0) continue;
       if (in_leaf == 0) {
@@ -125,7 +128,7 @@ __kernel void shaft_occluded(__global const uint* origins, uint origin_count, __
   q.ay_lo = CLRAD_LOAD(a + 4 * CLRAD_WIDTH);
   q.az_lo = CLRAD_LOAD(a + 5 * CLRAD_WIDTH);
   q.a_plane = CLRAD_LOAD((__global const int*)q.a + 6 * CLRAD_WIDTH);
-  q.undecided_count = q.asked = 0;
+  q.undecided_count = q.nodes = q.boxes = q.asked = q.asked_alone = 0;
   const clrad_ints valid = CLRAD_IS(CLRAD_LANES < (int)(origin_count - tile * CLRAD_WIDTH));
   const float8 receivers = box_of_receivers(&q);
 
@@ -159,7 +162,12 @@ __kernel void shaft_occluded(__global const uint* origins, uint origin_count, __
   CLRAD_STORE(result, words_of_lanes);
   for (uint lane = 0; lane < CLRAD_WIDTH && tile * CLRAD_WIDTH + lane < origin_count; ++lane)
     masks[((ulong)tile * CLRAD_WIDTH + lane) * words + word] = (uint)words_of_lanes[lane];
-  count(counts, q.undecided_count, q.asked, given_up);
+  volatile __global uint* place = count(counts, q.undecided_count, q.asked + q.asked_alone);
+  clrad_count(place + 4, given_up);
+  clrad_count(place + 6, q.nodes);
+  clrad_count(place + 8, q.boxes);
+  clrad_count(place + 10, q.asked);
+  clrad_count(place + 12, q.asked_alone);
 }
 
 /* Occlusion of pairs (Segments::samples == 0): origin i against target i; work-item = CLRAD_WIDTH segments.
@@ -192,7 +200,7 @@ __kernel void shaft_occluded_pairs(__global const CLRAD_POINT_T* origins, __glob
   }
   CLRAD_STORE(chosen & ~live, hits);
   for (uint lane = 0; lane < CLRAD_WIDTH && begin + lane < origin_count; ++lane) masks[begin + lane] = hits[lane] & 1;
-  count(counts, undecided_count, asked, 0);
+  count(counts, undecided_count, asked);
 }
 
 /* The nearest hit of each segment by (t, triangle); work-item = CLRAD_WIDTH consecutive segments of any form. What lies behind a hit is
@@ -223,5 +231,5 @@ __kernel void shaft_closest(__global const CLRAD_POINT_T* origins, __global cons
     last = greatest_lane(until);
   }
   store_nearest(&n, begin, triangle, t);
-  count(counts, n.exact, asked, 0);
+  count(counts, n.exact, asked);
 }
