@@ -34,9 +34,8 @@ constexpr double facing_share = 0.5, facing_share_of_convex = 0.83;
 struct Group {
   double patches = 0, area = 0;  // of all of them
   double emitted = 0, reflectance = 0;
-  double shot_at = 0;  // density of light when they last shot
-  double own = 0;      // emission not yet shot, per area
   double traced = 0;   // patches that have shot
+  double shot_at = 0;  // density of light when those last shot, their mean
 };
 
 std::vector<Group> groups_of(const Scene& scene, const MeshCounts& counts) {
@@ -80,7 +79,6 @@ Shoots count_shoots(const Scene& scene, const MeshCounts& counts, const SolveOpt
   double area = 0, emitted = 0;
   for (Group& g : groups) {
     g.emitted /= bands, g.reflectance /= bands;
-    g.own = g.emitted;
     area += g.area, emitted += g.area * g.emitted;
   }
   // What lights bring is the light that has been shot at first, though by no patch.
@@ -108,25 +106,32 @@ Shoots count_shoots(const Scene& scene, const MeshCounts& counts, const SolveOpt
   double density = from_lights / area;  // of all light shot so far, per area
   constexpr double steps_per_group = 32;
   for (int step = 0; step < 10000; ++step) {
-    const auto unshot = [&](const Group& g) {
-      return g.own + (interreflection ? g.reflectance * (density - g.shot_at) : 0);
-    };
+    // Patches that have shot do so again from their kept columns, which costs no rays.
+    double again = 0;
+    const double before = density;
+    for (Group& g : groups) {
+      again += g.area * g.traced / g.patches * (interreflection ? g.reflectance * (before - g.shot_at) : 0);
+      g.shot_at = before;
+    }
+    density += again / area;
+    // Unshot, per area, of those that have not: all that they ever got.
+    const auto unshot = [&](const Group& g) { return g.emitted + (interreflection ? g.reflectance * density : 0); };
     double left = 0;
-    for (const Group& g : groups) left += g.area * unshot(g);
-    if (left < options.converge * emitted) break;
     Group* best = nullptr;
-    for (Group& g : groups)
+    for (Group& g : groups) {
+      const double traced = g.traced / g.patches;
+      left += g.area * (1 - traced) * unshot(g);
+      if (interreflection) left += g.area * traced * g.reflectance * (density - g.shot_at);
       if (g.traced < g.patches && unshot(g) > 0 &&
           (!best || unshot(g) * g.area / g.patches > unshot(*best) * best->area / best->patches))
         best = &g;
-    if (!best) break;
-    // A part of the group shoots all that the group has: the rest follows from kept columns, or in the next steps.
+    }
+    if (left < options.converge * emitted || !best) break;
     const double patches = std::min(best->patches - best->traced, std::ceil(best->patches / steps_per_group));
-    const double share = patches / best->patches, shot = unshot(*best) * share;
+    const double shot = best->area * patches / best->patches * unshot(*best);
+    best->shot_at = (best->traced * best->shot_at + patches * density) / (best->traced + patches);
     trace(*best, patches);
-    density += best->area * shot / area;
-    best->own -= std::min(best->own, shot);
-    if (best->own <= 0) best->shot_at += std::min(density - best->shot_at, (density - best->shot_at) * share);
+    density += shot / area;
   }
   return shoots;
 }

@@ -44,6 +44,29 @@ TEST(Predict, ShootsAndMemoryAreNearTheActual) {
     }
 }
 
+// Two thousand crumbs on shelves of air: large patches shoot again from what is kept before crumbs would shoot at all.
+TEST(Predict, SmallPatchesHaveLittleToShoot) {
+  Device device;
+  Scene scene = make_room({});
+  Polygon crumb = scene.polygons[0];
+  crumb.corners = 4;
+  for (int i = 0; i < 2000; ++i) {
+    const glm::dvec3 at(0.1 + 0.019 * (i % 45), 0.1 + 0.019 * (i / 45), 0.3 + 0.1 * (i % 3));
+    crumb.corner = {at, at + glm::dvec3(0.01, 0, 0), at + glm::dvec3(0.01, 0.01, 0),
+                    at + glm::dvec3(0, 0.01, 0)};
+    scene.polygons.push_back(crumb);
+  }
+  SolveOptions options;
+  options.mesh = {0.5, 0.25};
+  options.converge = 0.03;
+  const Prediction p = predict(device, scene, options, plan_effects(scene, options));
+  const Solution s = test::solve_alone(scene, options);
+  EXPECT_GT(p.patches, 2000);
+  EXPECT_LT(s.report.shoots, 400u);
+  EXPECT_GT(p.shoots, double(s.report.shoots) / 1.5);
+  EXPECT_LT(p.shoots, double(s.report.shoots) * 1.5);
+}
+
 TEST(Predict, WhatDoesNotRunCostsNothing) {
   Device device;
   const Scene scene = make_room({});
