@@ -179,7 +179,7 @@ void measure(const Options& o, Device& device, Setting& setting, nlohmann::json&
   fmt::print("\n");
 
   const std::vector<std::uint32_t> order =
-      in_order(device, PointArray(device, setting.mesh.receivers, "receivers"), 0).download();
+      in_order(device, PointArray(device, setting.mesh.receivers, "receivers")).download();
   for (const std::uint32_t n : o.samples) {
     std::vector<Work> work;
     std::uint64_t tests = 0;

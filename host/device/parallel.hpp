@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <exception>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -17,7 +18,7 @@ inline unsigned host_cores(const Device& device) {
 }
 
 /// Calls work(begin, end, part) for `parts` ranges that together are [0, count), each on a thread of its own. An exception of the
-/// first range that has one is thrown again when all have ended.
+/// first range that has one is thrown again when all have ended. At least one part.
 template <class Work>
 void in_parallel(std::size_t count, unsigned parts, Work work) {
   std::vector<std::exception_ptr> failed(parts);
@@ -29,7 +30,13 @@ void in_parallel(std::size_t count, unsigned parts, Work work) {
       failed[part] = std::current_exception();
     }
   };
-  for (unsigned part = 1; part < parts; ++part) threads.emplace_back(run, part);
+  for (unsigned part = 1; part < parts; ++part) {
+    try {
+      threads.emplace_back(run, part);
+    } catch (const std::system_error&) {  // no more threads to be had
+      run(part);
+    }
+  }
   run(0);
   for (std::thread& t : threads) t.join();
   for (const std::exception_ptr& e : failed)

@@ -71,7 +71,8 @@ struct Shoots {
   double direct = 0, reflected = 0, rays_per_receiver = 0;
 };
 
-// Progressive radiosity with F_ij = A_j / A: unshot power per patch decides who is next.
+// Progressive radiosity with F_ij = A_j / A: unshot power per patch decides who shoots next for the first time; those that have do so
+// again in every step, more often than the solver has them, which costs no rays.
 Shoots count_shoots(const Scene& scene, const MeshCounts& counts, const SolveOptions& options,
                     bool interreflection) {
   std::vector<Group> groups = groups_of(scene, counts);
@@ -115,7 +116,9 @@ Shoots count_shoots(const Scene& scene, const MeshCounts& counts, const SolveOpt
     }
     density += again / area;
     // Unshot, per area, of those that have not: all that they ever got.
-    const auto unshot = [&](const Group& g) { return g.emitted + (interreflection ? g.reflectance * density : 0); };
+    const auto unshot = [&](const Group& g) {
+      return g.emitted + (interreflection ? g.reflectance * density : 0);
+    };
     double left = 0;
     Group* best = nullptr;
     for (Group& g : groups) {
@@ -193,8 +196,8 @@ Prediction predict(Device& device, const Scene& scene, const SolveOptions& optio
   if (reflects)
     common.seconds +=
         unit * cost_of_sensor_ray * rays_at_vertices(counts, 1, options.sensors.size(), options.sensor_rays);
-  // Points, four flags or sums and a column a vertex; corners, weights, share and value an element.
-  common.device_bytes = counts.vertices * (12 * real + 12 + 5 * real + 2 * real) +
+  // Points, five flags or places, five sums and two columns a vertex; corners, weights, share and value an element.
+  common.device_bytes = counts.vertices * (12 * real + 20 + 5 * real + 2 * real) +
                         counts.elements * (16 + 6 * real) + counts.patches * 12 * real +
                         real * (counts.patches + counts.vertices) * shoots.direct;
   result.parts.push_back(common);

@@ -12,7 +12,7 @@
 namespace clrad {
 namespace {
 
-constexpr std::uint32_t probes = 16;  // CLRAD_PROBES of covered.cl
+constexpr std::uint32_t probes = 16;  // rays of a vertex that is covered
 constexpr std::uint32_t batch_rays = 1 << 19;
 
 // A cosine-weighted spiral over the hemisphere about +z.

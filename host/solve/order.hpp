@@ -8,7 +8,7 @@
 
 namespace clrad {
 
-/// The receivers from `first` on, by the Morton code of their place in the frame (1024 cells a side; of one cell as they are numbered).
-Array<std::uint32_t> in_order(Device& device, const PointArray& receivers, std::uint32_t first);
+/// Receivers by the Morton code of their place in the frame (1024 cells a side; of one cell as they are numbered).
+Array<std::uint32_t> in_order(Device& device, const PointArray& receivers);
 
 }  // namespace clrad

@@ -7,9 +7,7 @@
 namespace clrad {
 namespace {
 
-constexpr const char* deliver = "solve/deliver.cl";
-
-constexpr const char* emission = "solve/emit.cl";
+constexpr const char *deliver = "solve/deliver.cl", *emission = "solve/emit.cl";
 
 // Which receivers from `first` on the shooter's rays go to: state.active, and how many. `also` drops some more of the flags.
 std::uint32_t emit(SolveState& state, const Shooter& shooter, std::uint32_t first,
@@ -18,10 +16,11 @@ std::uint32_t emit(SolveState& state, const Shooter& shooter, std::uint32_t firs
   const std::uint32_t count = state.vertices - first;
   facing(state.device, shooter, state.receivers, first, count, state.facing);
   if (also) also(state.facing);
-  state.device.run(emission, "choose", count, state.facing, state.covered, state.order, first, count,
-                   state.chosen);
-  const std::uint32_t receivers = compact(state.device, state.chosen.buffer(), count, state.active.buffer());
-  state.device.run(emission, "receivers_at", receivers, state.active, state.order, first, receivers);
+  state.device.run(emission, "choose", state.vertices, state.facing, state.covered, state.order, first,
+                   state.vertices, state.chosen);
+  const std::uint32_t receivers =
+      compact(state.device, state.chosen.buffer(), state.vertices, state.active.buffer());
+  state.device.run(emission, "receivers_at", receivers, state.active, state.order, receivers);
   return receivers;
 }
 

@@ -56,7 +56,7 @@ void SolveState::take_mesh() {
   receivers = PointArray(), receivers = PointArray(device, mesh.receivers, "receivers");
   covered = Array<std::uint32_t>(
       device, std::vector<std::uint32_t>(covered_on_host.begin(), covered_on_host.end()), "covered vertices");
-  order_receivers(before);
+  order = in_order(device, receivers);
   gatherer = std::make_unique<Gatherer>(device, mesh);
   const auto grow = [&](RealArray& a, std::uint64_t rows, const char* what) {
     RealArray grown(device, rows * vertices, what);
@@ -78,15 +78,6 @@ void SolveState::take_mesh() {
   exposed = exposed_shares(mesh, covered_on_host);
   if (textured) *textured = average_textures(device, scene, mesh, covered_on_host);
   upload_patches();
-}
-
-void SolveState::order_receivers(std::uint32_t before) {
-  Array<std::uint32_t> all(device, vertices, "order of receivers");
-  const Array<std::uint32_t> added = in_order(device, receivers, before);
-  if (before > 0) device.copy(order.buffer(), all.buffer(), 4ull * before);
-  device.copy(added.buffer(), all.buffer(), 4ull * (vertices - before), 0, 4ull * before);
-  device.finish();
-  order = std::move(all);
 }
 
 void SolveState::upload_patches() {

@@ -48,8 +48,7 @@ class SolveState {
 
   PointArray receivers;
   Array<std::uint32_t> covered;
-  Array<std::uint32_t>
-      order;  ///< of receivers: neighbours in space one after another, those of each batch by themselves
+  Array<std::uint32_t> order;  ///< of receivers: neighbours in space one after another
   std::unique_ptr<Gatherer> gatherer;
 
   std::vector<double> exposed;                     ///< [patch], share of the area that nothing covers
@@ -117,8 +116,6 @@ class SolveState {
   RealArray& extend_column(std::uint32_t slot);
 
  private:
-  /// Those from `before` on are new.
-  void order_receivers(std::uint32_t before);
   void upload_patches();
 };
 

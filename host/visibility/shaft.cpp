@@ -70,9 +70,8 @@ class Shaft final : public ShaftEngine {
   std::string account() const override {
     if (options_.budget != ShaftOptions::usual || runs_ == 0) return {};
     return fmt::format(
-        "shafts decided {:.1f} % of the runs of up to {} samples; the others, where too many triangles hide "
-        "a part, "
-        "went on as packets",
+        "shafts decided {:.1f} % of the runs of up to {} samples; the others, where many triangles hide a "
+        "part, went on as packets",
         100 * (1 - double(work().given_up) / double(runs_)), options_.run_length);
   }
 

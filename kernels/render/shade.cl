@@ -17,7 +17,7 @@
  * behind, whatever rounding says of the outline.
  * layers: per polygon those of its plane that overlap it and face as it does, from layer_start[2 polygon] on, then those that face
  * the other way, from layer_start[2 polygon + 1] on: where the one kind shows its front the other cannot be seen, and a floor on
- * which much stands is not asked about the undersides of it all. */
+ * which much stands is not asked about the undersides of it all. Seen within rounding of edge-on, either may be named. */
 __kernel void find_seen(__global const CLRAD_POINT_T* origins, __global const CLRAD_POINT_T* targets,
                         __global uint* seen, uint rays, __global const uint* polygon_of, __global const REAL* polygons,
                         __global const uint* layer_start, __global const uint* layers) {

@@ -1,7 +1,5 @@
-/* Is a vertex inside something? Each vertex sends CLRAD_PROBES rays over its hemisphere; covered.cpp counts as covered the
- * vertices whose every ray meets the back of a surface first. Few vertices are, and most are told by one ray: the others follow
- * only where that one met a back. */
-#define CLRAD_PROBES 16
+/* Is a vertex inside something? It sends rays over its hemisphere; covered.cpp counts as covered the vertices whose every ray meets
+ * the back of a surface first. Few vertices are, and most are told by one ray: the others follow only where that one met a back. */
 
 /* Ray k goes where a regular spiral puts it (no built-in transcendental: directions are stored, not computed), so far
  * that it leaves the scene: frame coordinates lie in [-1, 1), and ends may go out to 4.

@@ -9,6 +9,7 @@
 #ifndef CLRAD_TREE_CL
 #define CLRAD_TREE_CL
 #include "shared/box.cl"
+#include "shared/spread.cl"
 #include "shared/types.h"
 
 #define RADIUS 8      /* clusters looked at on either side: one vector each */
@@ -16,13 +17,6 @@
 #define NODE_COST 1.0f     /* to test the boxes of a node's two children... */
 #define TRIANGLE_COST 2.0f /* ... and to test a triangle */
 #define LEAF_TRIANGLES 4   /* at most in a leaf */
-
-static inline uint spread_bits(uint x) {
-  x = (x | x << 16) & 0x030000ffu;
-  x = (x | x << 8) & 0x0300f00fu;
-  x = (x | x << 4) & 0x030c30c3u;
-  return (x | x << 2) & 0x09249249u;
-}
 
 /* Box of each triangle, and the Morton code of its middle in the box from `origin` with 1024 / cell a side.
  * post: box[6 i ..] = low, high; keys[i] < 2^30; values[i] = i. */
