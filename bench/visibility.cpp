@@ -27,7 +27,7 @@ using namespace clrad;
 using namespace clrad::bench;
 
 struct Options {
-  bool quick = false, profile = false, alone = false;
+  bool quick = false, profile = false, alone = false, trees = false;
   std::size_t receivers = 20000;
   std::uint32_t elements = 128, shooters = 4, rounds = 9;
   std::string only, out = "out/bench/visibility.json";
@@ -319,6 +319,38 @@ void measure(const Options& o, Device& device, Setting& setting, nlohmann::json&
   }
 }
 
+/// Seconds to build the tree of a hall of about a million triangles, Embree's and ours in turn.
+void measure_trees(const Options& o, Device& device, nlohmann::json& report) {
+  const Scene scene = scene_of(make_scene::hall(848, 64), "hall");
+  const auto triangles = occluder_triangles(scene, frame_of(scene), plane_ids(scene));
+  const unsigned threads = device.options().cores ? device.options().cores : device.info().compute_units;
+  std::vector<double> embree, grid, tree, ratio;
+  for (std::uint32_t r = 0; r <= (o.quick ? 3 : o.rounds); ++r) {
+    const double theirs = EmbreeScene(triangles, true, threads).build_seconds();
+    auto start = Clock::now();
+    const Occluders occluders(device, triangles);
+    device.finish();
+    const double snapped = since(start);
+    start = Clock::now();
+    const Tree built(device, occluders);
+    device.finish();
+    if (r == 0) continue;  // kernels are compiled
+    embree.push_back(theirs), grid.push_back(snapped), tree.push_back(since(start));
+    ratio.push_back(tree.back() / theirs);
+  }
+  fmt::print(
+      "{} triangles: Embree's tree in {:.3f} s, ours in {:.3f} s, {:.2f} times as long ({:.2f}..{:.2f}), "
+      "after {:.3f} s to "
+      "put triangles on the grid\n",
+      triangles.size(), median(embree), median(tree), median(ratio), quantile(ratio, 0), quantile(ratio, 1),
+      median(grid));
+  report["trees"] = {{"triangles", triangles.size()},
+                     {"embree_s", median(embree)},
+                     {"tree_s", median(tree)},
+                     {"grid_s", median(grid)},
+                     {"ratio", median(ratio)}};
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -340,6 +372,7 @@ int main(int argc, char** argv) {
   app.add_option("--run-length", o.shaft.run_length, "samples of one shaft");
   app.add_option("--budget", o.shaft.budget, "triangles that a shaft asks sample by sample");
   app.add_flag("--alone", o.alone, "one way of asking Embree only: for work on the engines");
+  app.add_flag("--trees", o.trees, "only build the tree of a million triangles");
   app.add_flag("--quick", o.quick, "three rounds");
   app.add_flag(
       "--profile", o.profile,
@@ -361,6 +394,10 @@ int main(int argc, char** argv) {
     setting.scene.file = name;
     measure(o, device, setting, report, agree);
   };
+  if (o.trees) {
+    measure_trees(o, device, report);
+    o.only = "none of them";
+  }
   one("cornell", [] { return load_scene(CLRAD_SCENES "/cornell.obj"); });
   one("office", [] { return scene_of(make_scene::office(60), "office"); });
   one("hall", [] { return scene_of(make_scene::hall(212, 64), "hall"); });
