@@ -1,11 +1,12 @@
 /* Visibility by shafts through a tree of boxes: a work-item takes CLRAD_WIDTH neighbouring receivers, one a lane, and a run
  * of samples of one shooter, and walks the tree with the hull of both boxes (Haines & Wallace, "Shaft Culling for Efficient
- * Ray-Traced Radiosity", 1991). What lies outside the hull is met by no segment; a triangle inside it is first held against
- * the samples' box as a whole: along the box its three volumes (shared/triangle.cl) are linear, so that their middle and
- * their reach say of each receiver that all samples are blocked, that none is, or that they must be asked one by one. What
- * floats cannot tell goes to the exact predicate. An empty hull leaves everything visible, and no ray was traced.
+ * Ray-Traced Radiosity", 1991) and with each receiver's beam (shared/beam.cl). What lies outside is met by no segment; a
+ * triangle inside is first held against the samples' box as a whole: along the box its three volumes (shared/triangle.cl)
+ * are linear, so that their middle and their reach say of each receiver that all samples are blocked, that none is, or that
+ * they must be asked one by one. What floats cannot tell goes to the exact predicate. An empty hull leaves everything
+ * visible, and no ray was traced.
  *
- * Bits are those of `serial`: a segment meets a triangle only where the hull is, and every test has a bound of its error.
+ * Bits are those of `serial`: a segment meets a triangle only where hull and beam are, and every test has a bound of its error.
  */
 #include "shared/beam.cl"
 #include "shared/hull.cl"
