@@ -167,6 +167,14 @@ TEST(KernelHygieneOf, EnginesAndThePredicate) {
   for (const std::uint32_t v : verdicts.download()) EXPECT_LE(v, 7u);
 }
 
+TEST(KernelHygieneOf, ThePeak) {
+  Device device({.work_group_size = 64});
+  Array<float> sums(device, std::vector<float>(6, -1), "sums");
+  device.run("device/peak.cl", "peak", 6, 5u, 2u, 0.5f, 1.0f, sums);
+  // Twelve chains from i on: x / 4 + 3 / 2 of each.
+  EXPECT_EQ(sums.download(), (std::vector<float>{34.5, 37.5, 40.5, 43.5, 46.5, -1}));
+}
+
 TEST(KernelHygieneOf, Layouts) {
   Device device({.work_group_size = 64});
   const auto expected = host_layout(false);
