@@ -22,16 +22,40 @@ Box bounds(const Scene& scene) {
   return box;
 }
 
+// Where the file does not say which way is up, lamps do: they shine down. Light that comes from the side, or from everywhere, tells
+// nothing, and up is y, as in glTF.
+bool z_is_up(const Scene& scene) {
+  glm::dvec3 sum(0);
+  double all = 0;
+  for (const auto& polygon : scene.polygons) {
+    double exitance = 0;
+    for (const double e : scene.materials[polygon.material].emitted_exitance) exitance += e;
+    const double power = exitance * polygon.area_m2();
+    sum += power * polygon.normal(), all += power;
+  }
+  constexpr double mostly = 0.7;
+  return all > 0 && -sum.z > mostly * all;
+}
+
+// A direction that is given for y up.
+glm::dvec3 turned(const glm::dvec3& v, bool z_up) {
+  return z_up ? glm::dvec3(v.x, -v.z, v.y) : v;
+}
+
 // One side of the box to look in through.
 struct Side {
   glm::dvec3 direction;  // of the view
   glm::dvec3 up;
 };
-const std::array<Side, 5> sides{{{{0, 0, -1}, {0, 1, 0}},
-                                 {{0, 0, 1}, {0, 1, 0}},
-                                 {{-1, 0, 0}, {0, 1, 0}},
-                                 {{1, 0, 0}, {0, 1, 0}},
-                                 {{0, -1, 0}, {0, 0, -1}}}};
+std::array<Side, 5> sides_of(bool z_up) {
+  std::array<Side, 5> sides{{{{0, 0, -1}, {0, 1, 0}},
+                             {{0, 0, 1}, {0, 1, 0}},
+                             {{-1, 0, 0}, {0, 1, 0}},
+                             {{1, 0, 0}, {0, 1, 0}},
+                             {{0, -1, 0}, {0, 0, -1}}}};
+  for (Side& side : sides) side = {turned(side.direction, z_up), turned(side.up, z_up)};
+  return sides;
+}
 
 struct SideView {
   double closed = 0;  // share of the side covered by polygons that lie near it and turn their backs
@@ -94,15 +118,16 @@ Camera from_outside(const Box& box, const Side& side) {
   return camera;
 }
 
-Camera from_inside(const Scene& scene, const Box& box) {
+Camera from_inside(const Scene& scene, const Box& box, bool z_up) {
   Camera camera;
   camera.name = "default, from inside";
   camera.vertical_field_of_view_rad = 1.3;
+  camera.up = turned({0, 1, 0}, z_up);
   const glm::dvec3 half = 0.5 * box.size(), centre = box.centre();
   double best = -1;
   for (const auto& [x, z] : {std::pair{1, 1}, {-1, 1}, {1, -1}, {-1, -1}}) {
-    const glm::dvec3 eye = centre + glm::dvec3(0.9 * x, 0.3, 0.9 * z) * half;
-    const glm::dvec3 target = centre - glm::dvec3(0, 0.1, 0) * half;
+    const glm::dvec3 eye = centre + turned({0.9 * x, 0.3, 0.9 * z}, z_up) * half;
+    const glm::dvec3 target = centre - turned({0, 0.1, 0}, z_up) * half;
     const double part = free_part(scene, eye, target);
     if (part > best) best = part, camera.eye = eye, camera.target = target;
   }
@@ -113,6 +138,8 @@ Camera from_inside(const Scene& scene, const Box& box) {
 
 Camera default_camera(const Scene& scene) {
   const Box box = bounds(scene);
+  const bool z_up = z_is_up(scene);
+  const std::array<Side, 5> sides = sides_of(z_up);
   constexpr double open = 0.5;
   const SideView top = look(scene, box, sides[4]);
   const Side* best = nullptr;
@@ -124,7 +151,7 @@ Camera default_camera(const Scene& scene) {
   }
   if (top.closed < open && most < 0.25 * top.shown) best = &sides[4];
   if (best) return from_outside(box, *best);
-  if (glm::length(box.size()) > 0) return from_inside(scene, box);
+  if (glm::length(box.size()) > 0) return from_inside(scene, box, z_up);
   return Camera{};
 }
 

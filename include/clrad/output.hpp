@@ -41,11 +41,11 @@ Image render(Device& device, const Solution& solution, const Camera& camera,
 Image render_whitted(Device& device, const Scene& scene, const Camera& camera,
                      const ImageOptions& options = {});
 
-/// A camera that shows the scene when it has none of its own; +y is up. From outside through an open side
-/// (one on which polygons that turn their backs cover less than half): of -z, +z, -x, +x as viewing direction
+/// A camera that shows the scene when it has none of its own. From outside through an open side
+/// (one on which polygons that turn their backs cover less than half): of -z, +z, -x, +x as viewing direction (y up)
 /// the one that sees most area of fronts, ties in that order; straight down where that shows over four times
 /// as much. Where every side is closed: from inside, near the corner from which the view of the middle is
-/// free the farthest.
+/// free the farthest. Up is z where most emitted light goes down along it, else y.
 Camera default_camera(const Scene& scene);
 
 /// PNG (8 bits, sRGB, exposed) or EXR (linear radiance in float, never exposed), by the ending of `path`.

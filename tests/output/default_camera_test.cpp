@@ -68,5 +68,29 @@ TEST(DefaultCamera, LooksDownOnAFloor) {
   EXPECT_NEAR(camera.eye.x, 1, 1e-12);
 }
 
+TEST(DefaultCamera, UpIsWhereLampsShineFrom) {
+  // The room lies on its side: what was y is z.
+  auto walls = room();
+  for (Polygon& wall : walls)
+    for (auto& c : wall.corner) c = {c.x, -c.z, c.y};
+  const auto camera_of = [&](int lamp) {
+    Scene scene = test::scene(walls);
+    scene.materials.resize(1);
+    scene.materials.push_back(scene.materials[0]);
+    scene.materials[0].emitted_exitance.assign(scene.bands.size(), 0.1);
+    scene.materials[1].emitted_exitance.assign(scene.bands.size(), 50);
+    for (auto& p : scene.polygons) p.material = 0;
+    scene.polygons[std::size_t(lamp)].material = 1;
+    return default_camera(scene);
+  };
+  const Camera lit_from_above = camera_of(3);  // the ceiling, at z = 1
+  EXPECT_EQ(lit_from_above.up, glm::dvec3(0, 0, 1));
+  EXPECT_GT(lit_from_above.eye.z, 0.5);
+  EXPECT_LT(lit_from_above.target.z, 0.5);
+  EXPECT_GT(glm::length(glm::dvec2(lit_from_above.eye - lit_from_above.target)), 1);
+  // From below or from the side lamps do not tell.
+  for (const int lamp : {2, 0, 5}) EXPECT_EQ(camera_of(lamp).up, glm::dvec3(0, 1, 0)) << lamp;
+}
+
 }  // namespace
 }  // namespace clrad
