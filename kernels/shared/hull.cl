@@ -21,6 +21,11 @@ typedef struct shaft {
   float low[3], high[3];
 } shaft;
 
+/* The box around a packet's positions: low x y z ., high x y z . */
+static inline float8 box_of_lanes(clrad_floats x, clrad_floats y, clrad_floats z) {
+  return (float8)(least_lane(x), least_lane(y), least_lane(z), 0, greatest_lane(x), greatest_lane(y), greatest_lane(z), 0);
+}
+
 /* Lane by lane, the coordinate of a box (low x y z ., high x y z .) that lies farthest in the lane's outward direction: signs are
  * + +, - +, + -, - - in (x, y), (y, z), (z, x). */
 #define OUTER_U(b) ((b).s4040515162620000)

@@ -13,10 +13,6 @@ typedef struct packet_walk {
   uint top;
 } packet_walk;
 
-static inline float8 box_of_lanes(clrad_floats x, clrad_floats y, clrad_floats z) {
-  return (float8)(least_lane(x), least_lane(y), least_lane(z), 0, greatest_lane(x), greatest_lane(y), greatest_lane(z), 0);
-}
-
 static inline void begin_walk(packet_walk* w, const packet* p) {
   w->lanes = slabs_of(p->ax, p->ay, p->az, p->dx, p->dy, p->dz);
   w->hull = shaft_between(box_of_lanes(p->ax, p->ay, p->az), box_of_lanes(p->bx, p->by, p->bz));

@@ -165,11 +165,6 @@ static inline void ask_triangle(question* q, const run* r, __global const clrad_
   q->todo &= ~blocked;
 }
 
-static inline float8 box_of_receivers(const question* q) {
-  return (float8)(least_lane(q->ax), least_lane(q->ay), least_lane(q->az), 0, greatest_lane(q->ax), greatest_lane(q->ay),
-                  greatest_lane(q->az), 0);
-}
-
 /* The box of the samples [begin, end) of the word whose ends are at b: low x y z, their plane, high x y z, 0. */
 static inline float8 box_of_samples(__global const uint* b, uint begin, uint end) {
   float low[3], high[3];

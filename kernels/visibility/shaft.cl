@@ -131,7 +131,7 @@ __kernel void shaft_occluded(__global const uint* origins, uint origin_count, __
   q.a_plane = CLRAD_LOAD((__global const int*)q.a + 6 * CLRAD_WIDTH);
   q.undecided_count = q.nodes = q.boxes = q.asked = q.asked_alone = 0;
   const clrad_ints valid = CLRAD_IS(CLRAD_LANES < (int)(origin_count - tile * CLRAD_WIDTH));
-  const float8 receivers = box_of_receivers(&q);
+  const float8 receivers = box_of_lanes(q.ax, q.ay, q.az);
 
   const uint in_word = min(samples - word * 32, 32u);
   clrad_ints result = 0;
