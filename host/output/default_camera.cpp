@@ -22,9 +22,11 @@ Box bounds(const Scene& scene) {
   return box;
 }
 
-// Where the file does not say which way is up, lamps do: they shine down. Light that comes from the side, or from everywhere, tells
-// nothing, and up is y, as in glTF.
-bool z_is_up(const Scene& scene) {
+// OBJ does not say which way is up, but lamps do: they shine down. What shines along z into a room that is longer that way than it is
+// high along y is a window. Light from the side, or from everywhere, tells nothing, and up is y, which glTF prescribes.
+bool z_is_up(const Scene& scene, const Box& box) {
+  if (scene.file.ends_with(".gltf") || scene.file.ends_with(".glb") || box.size().z > box.size().y)
+    return false;
   glm::dvec3 sum(0);
   double all = 0;
   for (const auto& polygon : scene.polygons) {
@@ -138,7 +140,7 @@ Camera from_inside(const Scene& scene, const Box& box, bool z_up) {
 
 Camera default_camera(const Scene& scene) {
   const Box box = bounds(scene);
-  const bool z_up = z_is_up(scene);
+  const bool z_up = z_is_up(scene, box);
   const std::array<Side, 5> sides = sides_of(z_up);
   constexpr double open = 0.5;
   const SideView top = look(scene, box, sides[4]);

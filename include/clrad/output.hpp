@@ -45,7 +45,8 @@ Image render_whitted(Device& device, const Scene& scene, const Camera& camera,
 /// (one on which polygons that turn their backs cover less than half): of -z, +z, -x, +x as viewing direction (y up)
 /// the one that sees most area of fronts, ties in that order; straight down where that shows over four times
 /// as much. Where every side is closed: from inside, near the corner from which the view of the middle is
-/// free the farthest. Up is z where most emitted light goes down along it, else y.
+/// free the farthest. Up is y, or z in an OBJ scene that is no longer along z
+/// than along y and whose lamps shine down along z.
 Camera default_camera(const Scene& scene);
 
 /// PNG (8 bits, sRGB, exposed) or EXR (linear radiance in float, never exposed), by the ending of `path`.

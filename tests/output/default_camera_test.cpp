@@ -73,8 +73,9 @@ TEST(DefaultCamera, UpIsWhereLampsShineFrom) {
   auto walls = room();
   for (Polygon& wall : walls)
     for (auto& c : wall.corner) c = {c.x, -c.z, c.y};
-  const auto camera_of = [&](int lamp) {
+  const auto camera_of = [&](int lamp, const char* file = "room.obj") {
     Scene scene = test::scene(walls);
+    scene.file = file;
     scene.materials.resize(1);
     scene.materials.push_back(scene.materials[0]);
     scene.materials[0].emitted_exitance.assign(scene.bands.size(), 0.1);
@@ -88,8 +89,12 @@ TEST(DefaultCamera, UpIsWhereLampsShineFrom) {
   EXPECT_GT(lit_from_above.eye.z, 0.5);
   EXPECT_LT(lit_from_above.target.z, 0.5);
   EXPECT_GT(glm::length(glm::dvec2(lit_from_above.eye - lit_from_above.target)), 1);
+  EXPECT_EQ(camera_of(3, "room.glb").up, glm::dvec3(0, 1, 0));  // glTF says so
   // From below or from the side lamps do not tell.
   for (const int lamp : {2, 0, 5}) EXPECT_EQ(camera_of(lamp).up, glm::dvec3(0, 1, 0)) << lamp;
+  // Upright again, with a window in the wall at z = 3.
+  walls = room();
+  EXPECT_EQ(camera_of(5).up, glm::dvec3(0, 1, 0));
 }
 
 }  // namespace
