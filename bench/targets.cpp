@@ -1,7 +1,7 @@
 // Whether targets are met and what that costs: `target_error` and `time_budget_s` at the reference's points of each room, against
 // the true error there and against the best of a grid of settings picked by hand (each with its estimate of the error, as a
 // user would have it). Kernels are compiled and loaded before.
-// bench_targets [-o FILE.json] [--seeds N] [--budget S]... [--targets-only] [part of a room's name]
+// bench_targets [-o FILE.json] [--seeds N] [--budget S]... [--targets-only] [--steps] [part of a room's name]
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -63,6 +63,15 @@ struct Timed {
   Solution solution;
   double seconds;
 };
+// A line for each step: patch and element edges in the extent, samples and rays, its estimate and its time, and what was foretold.
+void print_steps(const Room& room, const Solution& s) {
+  for (const TargetStep& step : s.report.target.steps)
+    fmt::print(
+        "         1/{:.1f} 1/{:.1f} x{} {}: estimated {:.4f} % in {:.2f} s (foretold {:.4f} %, {:.2f} s)\n",
+        room.extent / step.patch_edge_m, room.extent / step.element_edge_m, step.samples, step.sensor_rays,
+        100 * step.error_relative, step.seconds, 100 * step.predicted_error_relative, step.predicted_seconds);
+}
+
 // The steps but the first, with what was foretold of each.
 nlohmann::json steps_of(const Solution& s) {
   nlohmann::json steps = nlohmann::json::array();
@@ -158,7 +167,7 @@ std::vector<Room> rooms_like(const std::string& only) {
 int main(int argc, char** argv) {
   std::string out = "out/bench/targets.json", only;
   std::vector<double> budgets;
-  bool targets_only = false;
+  bool targets_only = false, show_steps = false;
   int seeds = 3;
   for (int i = 1; i < argc; ++i) {
     const auto is = [&](const char* name) { return std::strcmp(argv[i], name) == 0 && i + 1 < argc; };
@@ -170,6 +179,8 @@ int main(int argc, char** argv) {
       budgets.push_back(std::atof(argv[++i]));
     else if (std::strcmp(argv[i], "--targets-only") == 0)
       targets_only = true;
+    else if (std::strcmp(argv[i], "--steps") == 0)
+      show_steps = true;
     else
       only = argv[i];
   }
@@ -221,6 +232,7 @@ int main(int argc, char** argv) {
             foretold.seconds,
             best ? fmt::format("{:.2f} s ({}), {:.1f}x", best->seconds, best->name, t.seconds / best->seconds)
                  : "not at all");
+        if (show_steps) print_steps(room, t.solution);
         nlohmann::json row = row_of(room, seed, t);
         row["target"] = target, row["met"] = rms <= target;
         row["foretold_seconds"] = foretold.seconds, row["foretold_error"] = foretold.error_relative;
@@ -242,6 +254,7 @@ int main(int argc, char** argv) {
             "({})\n",
             budget, seed, 100 * rms, 100 * t.solution.report.error.sensors_relative, t.seconds,
             t.solution.report.target.steps.size(), 100 * curve, best ? best->name : "none");
+        if (show_steps) print_steps(room, t.solution);
         nlohmann::json row = row_of(room, seed, t);
         row["budget"] = budget, row["by_hand"] = best ? best->name : "";
         row["by_hand_rms"] = best ? nlohmann::json(curve) : nlohmann::json(nullptr);

@@ -5,6 +5,7 @@
 #include <glm/vec2.hpp>
 
 #include "mesh/lattice.hpp"
+#include "solve/near_balance.hpp"
 #include "solve/nodes.hpp"
 #include "solve/shoot.hpp"
 
@@ -133,33 +134,59 @@ Cells make_cells(const Solution& solution, const std::vector<double>& node_value
   return cells;
 }
 
+void add_near(SolveState& state, const RealArray& near) {
+  state.device.run("solve/near_balance.cl", "add_near", near.size(), near, state.vertex_irradiance,
+                   std::uint32_t(near.size()));
+}
+
 }  // namespace
 
-void gather_near_field(SolveState& state, const Solution& solution, std::uint32_t first_vertex) {
-  if (state.bands > most_bands) return;
+std::vector<double> patch_boxes(const Mesh& mesh) {
+  std::vector<double> box;
+  box.reserve(6 * mesh.patches.size());
+  for (const Patch& patch : mesh.patches) {
+    glm::dvec3 low = patch.corner[0], high = low;
+    for (std::uint32_t k = 1; k < patch.corners; ++k)
+      low = glm::min(low, patch.corner[k]), high = glm::max(high, patch.corner[k]);
+    for (const glm::dvec3& c : {low, high}) box.insert(box.end(), {c.x, c.y, c.z});
+  }
+  return box;
+}
+
+double near_field_reach(const SolveState& state) {
+  return reach_in_patches * state.mesh.patch_edge_m / state.metres_per_unit;
+}
+
+RealArray near_field(SolveState& state, const Solution& solution, std::uint32_t first_vertex,
+                     NearBalance* balance) {
   const auto stage = state.device.stage("gather near patches by their elements");
+  RealArray near(state.device, std::uint64_t(state.bands) * state.vertices, "near field");
+  near.fill_zero();
+  if (state.bands > most_bands) return near;
   const Mesh& mesh = state.mesh;
   const std::vector<double> node_values = node_radiosity(solution);
   const Cells cells = make_cells(solution, node_values);
   const auto patches = state.patches, elements = std::uint32_t(mesh.elements.size());
-  std::vector<double> mean(std::size_t(state.bands) * patches), box(6 * std::size_t(patches));
+  std::vector<double> mean(std::size_t(state.bands) * patches);
   for (std::uint32_t b = 0; b < state.bands; ++b)
     std::copy_n(node_values.begin() + std::ptrdiff_t(b) * (patches + elements), patches,
                 mean.begin() + std::ptrdiff_t(b) * patches);
-  for (std::uint32_t p = 0; p < patches; ++p)
-    for (int a = 0; a < 3; ++a) {
-      const Patch& patch = mesh.patches[p];
-      double low = patch.corner[0][a], high = low;
-      for (std::uint32_t k = 1; k < patch.corners; ++k)
-        low = std::min(low, patch.corner[k][a]), high = std::max(high, patch.corner[k][a]);
-      box[6 * p + std::size_t(a)] = low, box[6 * p + 3 + std::size_t(a)] = high;
-    }
   const RealArray radiosity_device(state.device, cells.radiosity, "cell radiosity");
   const RealArray slopes_device(state.device, cells.slopes, "slopes of cell radiosity");
   const RealArray mean_device(state.device, mean, "patch radiosity"),
-      box_device(state.device, box, "patch boxes");
+      box_device(state.device, patch_boxes(mesh), "patch boxes");
   const RealArray shooters(state.device, cells.shooters, "cells");
-  const double reach = reach_in_patches * mesh.patch_edge_m / state.metres_per_unit;
+  // Where nobody asks for a patch's own gains they go where the next one's do.
+  RealArray any_gains;
+  Array<std::uint32_t> any_touched;
+  if (!balance) {
+    any_gains = RealArray(state.device, near.size(), "near field of a patch");
+    any_touched = Array<std::uint32_t>(state.device, state.vertices / NearBalance::block() + 1,
+                                       "near field of a patch");
+  }
+  RealArray& gains = balance ? balance->gains() : any_gains;
+  Array<std::uint32_t>& touched = balance ? balance->touched() : any_touched;
+  const double reach = near_field_reach(state);
   for (std::uint32_t slot = 0; slot < state.patch_of_slot.size(); ++slot) {
     const std::uint32_t patch = state.patch_of_slot[slot];
     const RealArray* column = state.vertex_columns[slot].get();
@@ -173,8 +200,23 @@ void gather_near_field(SolveState& state, const Solution& solution, std::uint32_
                      *column, state.colours, shooters, cells.first[patch],
                      cells.first[patch + 1] - cells.first[patch], radiosity_device, slopes_device,
                      cells.count(), mean_device, state.total_shot, patch, patches, box_device, Real{reach},
-                     state.vertex_irradiance, first_vertex, state.vertices, state.bands);
+                     near, gains, touched, NearBalance::block(), NearBalance::stamp_of(slot), first_vertex,
+                     state.vertices, state.bands);
+    if (balance) balance->take(slot);
   }
+  return near;
+}
+
+void gather_near_field(SolveState& state, const Solution& solution) {
+  if (!settles_near_field(state)) {
+    add_near(state, near_field(state, solution));
+    return;
+  }
+  NearBalance balance(state);
+  const RealArray near = near_field(state, solution, 0, &balance);
+  const auto stage = state.device.stage("gather near patches by their elements");
+  add_near(state, near);
+  balance.settle(near);
 }
 
 }  // namespace clrad

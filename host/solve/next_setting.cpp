@@ -10,10 +10,10 @@ namespace clrad {
 namespace {
 
 // How the parts of the error fall with what they are made of; from `./run bench budget`. Patches sample each other's light, so that
-// finer ones lessen the error of visibility, too. The orders of what sensors see are from a grid of settings at the Cornell box's points alone.
+// finer ones lessen the error of visibility, too. Those of what sensors see are from grids of settings at the rooms' points (`./run bench targets --steps`).
 constexpr double order_of_receiving = 1.2, order_of_shooting = 1.2, order_of_samples = 0.5,
                  order_of_visibility_in_patches = 0.5, order_of_sensor_rays = 0.6,
-                 order_of_seen_in_elements = 0.8, order_of_seen_in_patches = 0.4;
+                 order_of_seen_in_elements = 0.2, order_of_seen_in_patches = 1.1;
 // Predictions are not exact: the next setting is to come out a little below the target, and well inside the time.
 constexpr double aim_at_sensors = 0.85, aim_all_over = 0.9, share_of_time_left = 0.75;
 // The estimate at sensors is of few points and may be too low: while there is a way to, it is brought this far below the target.

@@ -132,16 +132,15 @@ Marks mark_with_near_field(SolveState& state, Solution& solution, double tolerat
   const std::size_t vertices = state.vertices, known = state.near_field.size() / state.bands;
   solution.vertex_irradiance = state.vertex_irradiance.download();
   solution.patch_irradiance = state.patch_irradiance.download();
-  gather_near_field(state, solution, std::uint32_t(known));
-  std::vector<double> displayed = state.vertex_irradiance.download(), near_field(displayed.size());
+  std::vector<double> near = near_field(state, solution, std::uint32_t(known)).download(),
+                      displayed = solution.vertex_irradiance;
   for (std::size_t b = 0; b < state.bands; ++b)
     for (std::size_t v = 0; v < vertices; ++v) {
       const std::size_t i = b * vertices + v;
-      near_field[i] =
-          v < known ? state.near_field[b * known + v] : displayed[i] - solution.vertex_irradiance[i];
-      displayed[i] = solution.vertex_irradiance[i] + near_field[i];
+      if (v < known) near[i] = state.near_field[b * known + v];
+      displayed[i] += near[i];
     }
-  state.near_field = std::move(near_field);
+  state.near_field = std::move(near);
   state.vertex_irradiance.upload(displayed);
   Marks marks = mark(state, solution.frame, tolerated);
   state.vertex_irradiance.upload(solution.vertex_irradiance);

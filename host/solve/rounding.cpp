@@ -19,7 +19,10 @@
 // are off by D = A^-1 (all that, reflected): A has positive diagonal and negative other elements and is diagonally
 // dominant, so A^-1 is positive, and one more solve gives the bound. A vertex receives at most max D of it, and has a
 // row's error of its own. Its near field multiplies radiosities of pieces, which are off like vertices, by a
-// quotient of factors: three times the error and 4 phi more.
+// quotient of factors: three times the error and 4 phi more. What the patches that make it owe for it, and what is reflected of it
+// (host/solve/near_balance.cpp), is off by as much of what they reflect, for what they emit is the same all over them, to patches that
+// are near: by reciprocity the share of that is what it sees of them. One more solve bounds what patches send on; vertices get it
+// like D.
 #include "solve/rounding.hpp"
 
 #include <algorithm>
@@ -27,6 +30,8 @@
 
 #include "solve/balance.hpp"
 #include "solve/krylov.hpp"
+#include "solve/near_balance.hpp"
+#include "solve/near_field.hpp"
 #include "solve/shooter.hpp"
 
 namespace clrad {
@@ -84,6 +89,55 @@ struct OfBand {
   double most = 0, brightest = 0, irradiance = 0;
 };
 
+// At each patch, what those send that have a near field at it; [band][patch].
+std::vector<double> from_near_patches(SolveState& state, const std::vector<double>& radiosity) {
+  const RealArray sent(state.device, radiosity, "near fields"),
+      boxes(state.device, patch_boxes(state.mesh), "patch boxes");
+  RealArray light(state.device, radiosity.size(), "near fields");
+  state.device.run("solve/near_balance.cl", "from_near", light.size(), state.patch_columns, state.colours,
+                   state.patch_of_slot_device, std::uint32_t(state.patch_of_slot.size()), boxes,
+                   Real{near_field_reach(state)}, sent, light, state.patches, state.bands);
+  return light.download();
+}
+
+// What near fields that are off make light that patches send on be off by, as a share of the mean irradiance, [band]; `bound`: of
+// irradiance without them.
+std::vector<double> moved_by_near_field(SolveState& state, const Solution& solution,
+                                        const std::vector<OfBand>& bands, const std::vector<double>& bound,
+                                        const Errors& error) {
+  std::vector<double> moved(bands.size(), 0);
+  if (!settles_near_field(state)) return moved;
+  const std::uint32_t n = state.patches;
+  std::vector<double> reflected(bands.size() * n, 0);
+  for (std::size_t i = 0; i < reflected.size(); ++i) {
+    const std::uint32_t of = std::uint32_t(i / n), p = std::uint32_t(i % n);
+    if (state.exposed[p] > 0)
+      reflected[i] = state.reflectance(of, p) *
+                     (std::abs(solution.patch_irradiance[i]) / state.exposed[p] + bands[of].irradiance);
+  }
+  const std::vector<double> light = from_near_patches(state, reflected),
+                            share = from_near_patches(state, std::vector<double>(reflected.size(), 1));
+  std::vector<double> source(reflected.size(), 0);
+  double most = 0;
+  for (std::size_t i = 0; i < source.size(); ++i) {
+    const std::uint32_t of = std::uint32_t(i / n), p = std::uint32_t(i % n);
+    if (!(state.exposed[p] > 0)) continue;
+    const double off = 2 * bound[of] + 4 * error.factor;
+    source[i] = off / state.exposed[p] * (reflected[i] * share[i] + state.reflectance(of, p) * light[i]);
+    most = std::max(most, source[i]);
+  }
+  if (!(most > 0)) return moved;
+  RealArray effect(state.device, source.size(), "rounding");
+  const double left =
+      solve_by_gmres(state, RealArray(state.device, source, "rounding"), effect, most, 0, 1e-3, 80);
+  const std::vector<double> sent = effect.download();
+  for (std::size_t i = 0; i < sent.size(); ++i)
+    if (bands[i / n].irradiance > 0)
+      moved[i / n] =
+          std::max(moved[i / n], left <= 1e-2 ? second_order * sent[i] / bands[i / n].irradiance : INFINITY);
+  return moved;
+}
+
 }  // namespace
 
 void bound_rounding(SolveState& state, Solution& solution) {
@@ -135,16 +189,22 @@ void bound_rounding(SolveState& state, Solution& solution) {
     const std::vector<double> moved = effect.download();
     for (std::size_t i = 0; i < count; ++i) bands[i / n].most = std::max(bands[i / n].most, moved[i]);
   }
-  double worst = 0;
+  std::vector<double> bound(state.bands, 0);
   for (std::size_t of = 0; of < bands.size(); ++of) {
     const OfBand& b = bands[of];
     if (!(b.irradiance > 0)) continue;
-    double bound =
+    bound[of] =
         2 * error.relative + (2 * error.absolute * b.brightest + second_order * b.most) / b.irradiance;
-    if (state.options.near_field) bound = 3 * bound + 4 * error.factor;
-    bound += lights.most[of] / b.irradiance;
-    worst = std::max(worst, second_order * bound);
   }
+  if (state.options.near_field && bounded) {
+    const std::vector<double> moved = moved_by_near_field(state, solution, bands, bound, error);
+    for (std::size_t of = 0; of < bands.size(); ++of)
+      bound[of] = 3 * bound[of] + 4 * error.factor + moved[of];
+  }
+  double worst = 0;
+  for (std::size_t of = 0; of < bands.size(); ++of)
+    if (bands[of].irradiance > 0)
+      worst = std::max(worst, second_order * (bound[of] + lights.most[of] / bands[of].irradiance));
   solution.report.error.parts.push_back({"rounding", bounded ? worst : INFINITY, true});
 }
 

@@ -2,10 +2,12 @@
  * this, shading jumps along an edge where one patch of the neighbouring wall ends and the next begins.
  *
  * One work-item a receiver from `first` on, for one shooter: where the receiver is nearer than `reach` to the shooter's box,
- *   H += fade F shot (B_near / B_mean - 1),  B_near = sum F_e B_e / sum F_e  over the shooter's elements,
+ *   gain = fade F shot (B_near / B_mean - 1),  B_near = sum F_e B_e / sum F_e  over the shooter's elements,
  * with F the kept column (so what is hidden stays hidden) and F_e unoccluded. B_e is that of the element's exposed part, and near by
  * it varies over the element as its corners do: otherwise a receiver at its edge would see stairs. A piece that is covered has
  * B_e < 0 and is left out. Columns are [colour][vertex] as in deliver.cl. Arrays: radiosity[b * nodes + node], slopes[3 (b * nodes + node) + ..], shot[b * patches + patch].
+ * near += gain, [band][vertex]. gains holds this shooter's alone, 0 before, and touched[v / block] = stamp where there are any:
+ * near_balance.cl adds them up and leaves 0 again.
  *
  * keep_near clears the flags of receivers that are not that near: where a column was not kept, it is traced at the others. */
 #include "shared/factor.cl"
@@ -102,8 +104,8 @@ __kernel void near_field(__global const CLRAD_POINT_T* receivers, __global const
                          __global const REAL* shooters, uint first_node, uint elements, __global const REAL* radiosity,
                          __global const REAL* slopes, uint nodes, __global const REAL* mean_radiosity,
                          __global const REAL* shot, uint patch, uint patches,
-                         __global const REAL* box, REAL reach, __global REAL* irradiance, uint first, uint vertices,
-                         uint bands) {
+                         __global const REAL* box, REAL reach, __global REAL* near, __global REAL* gains,
+                         volatile __global uint* touched, uint block, uint stamp, uint first, uint vertices, uint bands) {
   const uint v = first + get_global_id(0);
   if (v >= vertices) return;
   int reached = 0;
@@ -131,8 +133,11 @@ __kernel void near_field(__global const CLRAD_POINT_T* receivers, __global const
   if (!(all > 0)) return;
   for (uint b = 0; b < bands; b++) {
     const REAL average = mean_radiosity[b * patches + patch];
-    if (average > 0)
-      irradiance[(ulong)b * vertices + v] +=
-          fade * column[(ulong)(b % colours) * vertices + v] * shot[b * patches + patch] * (sum[b] / (all * average) - 1);
+    if (!(average > 0)) continue;
+    const ulong i = (ulong)b * vertices + v;
+    const REAL gain = fade * column[(ulong)(b % colours) * vertices + v] * shot[b * patches + patch] * (sum[b] / (all * average) - 1);
+    near[i] += gain;
+    gains[i] = gain;
   }
+  atomic_xchg(touched + v / block, stamp);
 }

@@ -460,7 +460,7 @@ TEST(KeldyshCube, MeanLuminance) {
 // and 32^2 rectangles of a face, graded towards its edges, all six faces alike, with exact factors of points to rectangles; from 893.98
 // and 421.82 at 32^2, less what an error of 1/n^2 leaves (by which the mean comes out as 666.70, so they are good to 0.1 %). Errors of the
 // middle go with the square of the edge of elements; where three faces meet radiosity is no smooth function of the place, and halving them
-// is what finer elements do there.
+// is what finer elements do there. Closer than the references are good to nothing is asked.
 TEST(KeldyshCube, CentreAndCornerConverge) {
   const Scene scene = load_scene(std::string(CLRAD_SCENES) + "/keldysh.gltf");
   const std::array<double, 2> reference{892.8, 420.3};
@@ -473,7 +473,8 @@ TEST(KeldyshCube, CentreAndCornerConverge) {
     for (std::size_t k = 0; k < 2; ++k) {
       const double luminance = 2.0 / 3 * s.sensors[k].irradiance[0] / pi;
       const double error = std::abs(luminance / reference[k] - 1);
-      EXPECT_LT(error, 0.6 * before[k]) << (k ? "corner" : "centre") << ", " << cells << " cells";
+      EXPECT_LT(error, std::max(0.6 * before[k], 0.001))
+          << (k ? "corner" : "centre") << ", " << cells << " cells";
       before[k] = error;
     }
   }
