@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
 
 #include "mesh/lattice.hpp"
@@ -13,9 +14,10 @@ namespace clrad {
 namespace {
 
 constexpr std::uint32_t most_bands = 16;  // CLRAD_MOST_BANDS of near_field.cl
-// What a patch's average hides shows as far as a share of the patch (the outer half of this fades out). Cells of this many levels below a patch show what is
-// needed of it from there, however fine its elements are: work is receivers along a patch's border x its cells.
-constexpr double reach_in_patches = 0.5;
+// What a patch's average hides shows as far as some of its own sides (the outer half of this fades out): each further one takes off some
+// 5 % of the error, and more time than the one before. Cells of this many levels below a patch show what is needed of it from there,
+// however fine its elements are: work is receivers around a patch x its cells.
+constexpr double reach_in_sides = 2;
 constexpr std::uint32_t cell_level = 3;
 
 // Pieces of patches: elements, or runs of elements that have one ancestor `cell_level` levels below their patch.
@@ -153,8 +155,16 @@ std::vector<double> patch_boxes(const Mesh& mesh) {
   return box;
 }
 
-double near_field_reach(const SolveState& state) {
-  return reach_in_patches * state.mesh.patch_edge_m / state.metres_per_unit;
+std::vector<double> near_field_reaches(const Mesh& mesh) {
+  std::vector<double> reach;
+  reach.reserve(mesh.patches.size());
+  for (const Patch& patch : mesh.patches) {
+    double side = 0;
+    for (std::uint32_t k = 0; k < patch.corners; ++k)
+      side = std::max(side, glm::distance(patch.corner[k], patch.corner[(k + 1) % patch.corners]));
+    reach.push_back(reach_in_sides * side);
+  }
+  return reach;
 }
 
 RealArray near_field(SolveState& state, const Solution& solution, std::uint32_t first_vertex,
@@ -186,7 +196,7 @@ RealArray near_field(SolveState& state, const Solution& solution, std::uint32_t 
   }
   RealArray& gains = balance ? balance->gains() : any_gains;
   Array<std::uint32_t>& touched = balance ? balance->touched() : any_touched;
-  const double reach = near_field_reach(state);
+  const std::vector<double> reaches = near_field_reaches(mesh);
   for (std::uint32_t slot = 0; slot < state.patch_of_slot.size(); ++slot) {
     const std::uint32_t patch = state.patch_of_slot[slot];
     const RealArray* column = state.vertex_columns[slot].get();
@@ -194,14 +204,14 @@ RealArray near_field(SolveState& state, const Solution& solution, std::uint32_t 
       column = &trace_some(state, patch, first_vertex, [&](Array<std::uint32_t>& flags) {
         const std::uint32_t count = state.vertices - first_vertex;
         state.device.run("solve/near_field.cl", "keep_near", count, state.receivers, box_device, patch,
-                         Real{reach}, flags, first_vertex, count);
+                         Real{reaches[patch]}, flags, first_vertex, count);
       });
     state.device.run("solve/near_field.cl", "near_field", state.vertices - first_vertex, state.receivers,
                      *column, state.colours, shooters, cells.first[patch],
                      cells.first[patch + 1] - cells.first[patch], radiosity_device, slopes_device,
-                     cells.count(), mean_device, state.total_shot, patch, patches, box_device, Real{reach},
-                     near, gains, touched, NearBalance::block(), NearBalance::stamp_of(slot), first_vertex,
-                     state.vertices, state.bands);
+                     cells.count(), mean_device, state.total_shot, patch, patches, box_device,
+                     Real{reaches[patch]}, near, gains, touched, NearBalance::block(),
+                     NearBalance::stamp_of(slot), first_vertex, state.vertices, state.bands);
     if (balance) balance->take(slot);
   }
   return near;

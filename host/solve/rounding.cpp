@@ -92,11 +92,12 @@ struct OfBand {
 // At each patch, what those send that have a near field at it; [band][patch].
 std::vector<double> from_near_patches(SolveState& state, const std::vector<double>& radiosity) {
   const RealArray sent(state.device, radiosity, "near fields"),
-      boxes(state.device, patch_boxes(state.mesh), "patch boxes");
+      boxes(state.device, patch_boxes(state.mesh), "patch boxes"),
+      reaches(state.device, near_field_reaches(state.mesh), "patch boxes");
   RealArray light(state.device, radiosity.size(), "near fields");
   state.device.run("solve/near_balance.cl", "from_near", light.size(), state.patch_columns, state.colours,
-                   state.patch_of_slot_device, std::uint32_t(state.patch_of_slot.size()), boxes,
-                   Real{near_field_reach(state)}, sent, light, state.patches, state.bands);
+                   state.patch_of_slot_device, std::uint32_t(state.patch_of_slot.size()), boxes, reaches,
+                   sent, light, state.patches, state.bands);
   return light.download();
 }
 

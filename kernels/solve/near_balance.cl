@@ -5,8 +5,8 @@
  *                  Blocks that it did not touch are passed over.
  * owed_by_patches  one work-item a (patch, band): the radiosity that it owes, less the power of its gains by the area that is exposed.
  * add_near         irradiance += near.
- * from_near        one work-item a (patch, band): sum of F B over the patches whose boxes are nearer than `reach`, so a bound of what near
- *                  fields are of. Columns are [slot][colour][patch], boxes low x y z, high x y z.
+ * from_near        one work-item a (patch, band): sum of F B over the patches whose boxes are nearer than their reach[patch], so a bound
+ *                  of what near fields are of. Columns are [slot][colour][patch], boxes low x y z, high x y z.
  *
  * gains are [band][vertex], area[v] is the part of the surfaces that vertex v stands for; in_strips[(slot bands + band) strips + strip].
  * Strips are whole blocks, and their sums are in the order of vertices and strips, so they do not depend on work-groups. */
@@ -49,7 +49,7 @@ __kernel void add_near(__global const REAL* near, __global REAL* irradiance, uin
 }
 
 __kernel void from_near(__global const REAL* columns, uint colours, __global const uint* patch_of_slot, uint slots,
-                        __global const REAL* box, REAL reach, __global const REAL* radiosity, __global REAL* light,
+                        __global const REAL* box, __global const REAL* reach, __global const REAL* radiosity, __global REAL* light,
                         uint patches, uint bands) {
   const uint i = get_global_id(0);
   if (i >= patches * bands) return;
@@ -64,7 +64,7 @@ __kernel void from_near(__global const REAL* columns, uint colours, __global con
       const REAL d = fmax(fmax(own[a] - other[3 + a], other[a] - own[3 + a]), (REAL)0);
       d2 += d * d;
     }
-    if (d2 < reach * reach)
+    if (d2 < reach[q] * reach[q])
       clrad_add(&sum, &lost, columns[((ulong)s * colours + b % colours) * patches + p] * radiosity[(ulong)b * patches + q]);
   }
   light[i] = sum;
