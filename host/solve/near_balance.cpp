@@ -6,21 +6,28 @@
 #include "solve/balance.hpp"
 #include "solve/krylov.hpp"
 #include "solve/shoot.hpp"
+#include "solve/transmission.hpp"
 
 namespace clrad {
 namespace {
 
 constexpr const char* near_balance_kernels = "solve/near_balance.cl";
-// What moves is a hundredth of all light, and the vertices' own error more than a ten-thousandth of that.
-constexpr double settled = 1e-4;
+// What moves is some hundredths of all light: about what floats round.
+constexpr double settled = 1e-6;
 constexpr std::uint32_t settling_steps = 40;
 
-// The part of the surfaces that each vertex stands for, in its elements' averages [m^2].
+// The part of the surfaces that each vertex stands for, in its elements' averages [m^2]. What falls on glass is none of it: it goes
+// through, and falls on others.
 std::vector<double> vertex_areas(const SolveState& state) {
+  std::vector<bool> clear(state.scene.polygons.size(), false);
+  if (state.through_glass)
+    for (const std::uint32_t polygon : glass_polygons(state.scene)) clear[polygon] = true;
   std::vector<double> area(state.vertices, 0);
-  for (const Element& e : state.mesh.elements)
+  for (const Element& e : state.mesh.elements) {
+    if (clear[state.mesh.patches[e.patch].polygon]) continue;
     for (std::size_t k = 0; k < 4; ++k)
       if (e.vertex[k] != 0xffffffffu) area[e.vertex[k]] += e.weight[k] * e.area_m2;
+  }
   return area;
 }
 
