@@ -72,7 +72,7 @@ class ElementList {
  private:
   void add(std::uint32_t p, std::uint32_t texture, std::uint32_t index) {
     const Element& e = mesh_.elements[index];
-    const std::uint32_t corners = e.vertex[3] == no_vertex ? 3 : 4;
+    const std::uint32_t corners = e.vertex[3] == 0xffffffffu ? 3 : 4;
     glm::dvec2 uv[4] = {};
     double area[4] = {}, largest = 0;
     for (std::uint32_t k = 0; k < corners; ++k)
@@ -132,7 +132,7 @@ std::vector<double> means_on_device(Device& device, const ElementList& elements,
 double seen_share(const Element& e, const std::vector<std::uint8_t>& covered) {
   double seen = 0;
   for (std::uint32_t k = 0; k < 4; ++k)
-    if (e.vertex[k] != no_vertex && !covered[e.vertex[k]]) seen += e.weight[k];
+    if (e.vertex[k] != 0xffffffffu && !covered[e.vertex[k]]) seen += e.weight[k];
   return seen;
 }
 
@@ -231,7 +231,7 @@ Reflectances average_textures(Device& device, const Scene& scene, const Mesh& me
       of_patch.seen += seen, of_patch.of_seen += seen * rho;
       of_patch.all += e.area_m2, of_patch.of_all += e.area_m2 * rho;
       for (const std::uint32_t v : e.vertex)
-        if (v != no_vertex) vertex[v].all += e.area_m2, vertex[v].of_all += e.area_m2 * rho;
+        if (v != 0xffffffffu) vertex[v].all += e.area_m2, vertex[v].of_all += e.area_m2 * rho;
     }
     for (const auto& [p, sum] : patch)
       r.patch[b * patches + p] = sum.seen > 0 ? sum.of_seen / sum.seen : sum.of_all / sum.all;
