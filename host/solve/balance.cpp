@@ -16,9 +16,6 @@ constexpr const char* balance_kernels = "solve/balance.cl";
 constexpr std::uint32_t most_steps = 40;
 // The cycle goes on past convergence by this much, since a step is cheap against the shots before.
 constexpr double beyond = 0.01;
-// Reflectance from which what a row lacks matters more to the balance of all than to one place: an amplification of 10. Rows
-// are closed then whatever convergence is asked, and those of vertices as well.
-constexpr double reflects_much = 0.9;
 // Asked for less, columns of dark patches are not traced for their rows' sake.
 constexpr double converges_well = 0.01;
 // A row that sees less than this of its hemisphere is of a patch that faces out of the enclosure (the underside of a block

@@ -4,6 +4,10 @@
 
 namespace clrad {
 
+/// Reflectance from which what a row lacks matters more to the balance of all than to one place: an amplification of 10. Rows
+/// are closed then whatever convergence is asked, and those of vertices as well.
+inline constexpr double reflects_much = 0.9;
+
 /// Row sums of the kept columns, and from them loss, coupling and scale of each row (kernels/solve/balance.cl), closed where
 /// state.balanced. Does nothing when columns have not changed since.
 void set_up_rows(SolveState& state);

@@ -39,15 +39,11 @@ double greatest(const std::vector<double>& v) {
 
 }  // namespace
 
-// From this reflectance on no bound of what rounding does to it would say much: it is handed on ten times and more. There the rows of
-// vertices are closed.
-constexpr double reflects_too_much = 0.9;
-
 bool settles_near_field(const SolveState& state) {
   double most = 0;
   for (std::uint32_t b = 0; b < state.bands; ++b)
     for (std::uint32_t p = 0; p < state.patches; ++p) most = std::max(most, state.reflectance(b, p));
-  return state.interreflection && most < reflects_too_much;
+  return state.interreflection && most < reflects_much;
 }
 
 NearBalance::NearBalance(SolveState& state)

@@ -4,7 +4,7 @@
 
 namespace clrad {
 
-/// False where nothing is reflected, or too much.
+/// False where nothing is reflected, or so much (reflects_much) that no bound of what rounding does to it would say anything.
 bool settles_near_field(const SolveState& state);
 
 /// A patch sends what it has: where the vertices next to it get less of that than its average said (near_field.hpp), others get

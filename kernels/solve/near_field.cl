@@ -1,4 +1,4 @@
-/* Light from a patch that all but touches a receiver comes from its nearest elements, not from its average: without
+/* Light from a patch that is near a receiver comes most from its nearest elements, not from its average: without
  * this, shading jumps along an edge where one patch of the neighbouring wall ends and the next begins.
  *
  * One work-item a receiver from `first` on, for one shooter: where the receiver is nearer than `reach` to the shooter's box,
