@@ -1,8 +1,8 @@
 /// Table 1.1 of Drucker & Schroeder, measured again: seconds a shoot and patches/s/shoot in generated closed scenes of the
 /// paper's sizes, `serial` and `chop`, on 1 and 2 compute units, beside the paper's rows. One polygon is one patch, so
-/// patches and occluder polygons are the same number. The four solves of a scene run side by side and take turns, a
-/// shoot each, all shooting the same patches; the bits of the engines are compared first, those of the solves at the end.
-/// Usage: bench_table [-o FILE] [--quick] [--samples N] [--shoots N]
+/// patches and occluder polygons are the same number. The four solves of a scene run side by side and take turns
+/// of nine shoots, all shooting the same patches; the bits of the engines are compared first, those of the solves at the end.
+/// Usage: bench_table [-o FILE] [--quick] [--samples N] [--turns N]
 #include <fmt/format.h>
 
 #include <cstdio>
@@ -10,6 +10,7 @@
 #include <fstream>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "boxes_scene.hpp"
 #include "clrad/clrad.hpp"
@@ -36,7 +37,7 @@ struct Config {
   std::string engine;
   unsigned cores;
   std::unique_ptr<Device> device;
-  std::vector<double> seconds;  ///< of each shoot
+  std::vector<double> seconds;  ///< a shoot takes, of each turn
   Solution solution;
 };
 
@@ -60,11 +61,14 @@ void compare_bits(const Setting& s, std::vector<Config>& configs, std::uint32_t 
   }
 }
 
-/// `shoots` shoots of each config, in turns.
-void shoot_in_turns(const Scene& scene, std::vector<Config>& configs, std::uint32_t n, std::uint64_t shoots) {
+/// Shoots of a turn: they differ, and what a wait for the other solves costs the first of them is shared.
+constexpr std::uint64_t in_turn = 9;
+
+/// `turns` turns of each config.
+void shoot_in_turns(const Scene& scene, std::vector<Config>& configs, std::uint32_t n, std::uint64_t turns) {
   std::vector<std::function<void(const std::function<void()>&)>> tasks;
   for (auto& c : configs)
-    tasks.emplace_back([&, n, shoots](const std::function<void()>& end_turn) {
+    tasks.emplace_back([&, n, turns](const std::function<void()>& end_turn) {
       SolveOptions options;
       options.mesh = {whole_polygons_m, whole_polygons_m};
       options.engine = c.engine;
@@ -76,9 +80,9 @@ void shoot_in_turns(const Scene& scene, std::vector<Config>& configs, std::uint3
       std::uint64_t before = 0;
       options.progress = [&](const Progress& p) {
         // The first shoot makes what the others keep.
-        if (p.shoots > before && before > 0) c.seconds.push_back(since(start));
-        before = p.shoots;
-        if (p.shoots > shoots) return false;
+        if (p.shoots % in_turn != 1 || p.shoots == before) return true;
+        if (std::exchange(before, p.shoots) > 0) c.seconds.push_back(since(start) / double(in_turn));
+        if (c.seconds.size() == turns) return false;
         end_turn();
         start = Clock::now();
         return true;
@@ -87,7 +91,7 @@ void shoot_in_turns(const Scene& scene, std::vector<Config>& configs, std::uint3
     });
   Turns::run(tasks);
   for (const auto& c : configs) {
-    if (c.seconds.size() != shoots) throw DeviceError("a solve converged before all shoots were timed");
+    if (c.seconds.size() != turns) throw DeviceError("a solve converged before all turns were timed");
     if (c.solution.vertex_irradiance != configs[0].solution.vertex_irradiance)
       throw DeviceError(fmt::format("the solve with {} on {} units gives other bits", c.engine, c.cores));
   }
@@ -98,18 +102,18 @@ void shoot_in_turns(const Scene& scene, std::vector<Config>& configs, std::uint3
 int main(int argc, char** argv) try {
   std::string out = "out/bench/table.json";
   std::uint32_t n = 16;
-  std::uint64_t shoots = 25;
+  std::uint64_t turns = 9;
   std::vector<int> sizes = {903, 1386, 5761};
   for (int i = 1; i < argc; ++i) {
     const std::string a = argv[i];
     if (a == "--quick")
-      sizes = {903}, shoots = 9;
+      sizes = {903}, turns = 3;
     else if (a == "-o" && i + 1 < argc)
       out = argv[++i];
     else if (a == "--samples" && i + 1 < argc)
       n = std::uint32_t(std::atoi(argv[++i]));
-    else if (a == "--shoots" && i + 1 < argc)
-      shoots = std::uint64_t(std::atoi(argv[++i]));
+    else if (a == "--turns" && i + 1 < argc)
+      turns = std::uint64_t(std::atoi(argv[++i]));
     else
       return std::fprintf(stderr, "unknown option %s\n", a.c_str()), 2;
   }
@@ -130,7 +134,7 @@ int main(int argc, char** argv) try {
     report["device"] = configs[0].device->info().name;
     report["driver"] = configs[0].device->info().driver;
     compare_bits(setting, configs, n);
-    shoot_in_turns(setting.scene, configs, n, shoots);
+    shoot_in_turns(setting.scene, configs, n, turns);
 
     for (const auto& row : paper)
       if (row.patches == size)
@@ -154,6 +158,7 @@ int main(int argc, char** argv) try {
              {"cores", cores},
              {"samples", n},
              {"rays_per_shoot", double(c.solution.report.rays) / double(c.solution.report.shoots)},
+             {"shoots_in_a_turn", in_turn},
              {"seconds_per_shoot", seconds},
              {"patches_per_s_per_shoot", size / seconds},
              {"spread_s", spread(c.seconds)},

@@ -56,6 +56,15 @@ struct Device::Impl {
     pending.clear();
   }
 
+  void read(const cl::Buffer& from, std::uint64_t offset, std::uint64_t bytes, void* to, cl_bool blocking) {
+    if (bytes == 0) return;
+    try {
+      queue.enqueueReadBuffer(from, blocking, offset, bytes, to);
+    } catch (const cl::Error& e) {
+      fail(e, fmt::format("reading {} bytes", bytes));
+    }
+  }
+
   [[noreturn]] void fail(const cl::Error& e, std::string_view doing) const {
     const std::string stage =
         stack.empty() ? "" : fmt::format(" while trying to {}", stages[stack.back()].name);
@@ -177,12 +186,11 @@ void Device::reset_profile() {
 }
 
 void Device::read(const cl::Buffer& from, std::uint64_t offset, std::uint64_t bytes, void* to) {
-  if (bytes == 0) return;
-  try {
-    impl_->queue.enqueueReadBuffer(from, CL_TRUE, offset, bytes, to);
-  } catch (const cl::Error& e) {
-    impl_->fail(e, fmt::format("reading {} bytes", bytes));
-  }
+  impl_->read(from, offset, bytes, to, CL_TRUE);
+}
+
+void Device::read_later(const cl::Buffer& from, std::uint64_t offset, std::uint64_t bytes, void* to) {
+  impl_->read(from, offset, bytes, to, CL_FALSE);
 }
 
 void Device::write(const cl::Buffer& to, std::uint64_t offset, std::uint64_t bytes, const void* from) {

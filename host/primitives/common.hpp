@@ -37,7 +37,7 @@ struct SegmentLevel {
 /// What a device keeps between calls (Device::kept). In-order queues make sharing safe.
 struct Scratch {
   Array<std::uint64_t> block_sums;
-  Array<float> block_values;
+  Array<float> block_values, block_float_sums;
   Array<std::uint32_t> block_indices;
   Array<std::uint32_t> sort_keys, sort_values, sort_counts;
   std::array<SegmentLevel, 4> levels;  ///< blocks of 1024: 2^32 values have 2^22, 2^12, 4 totals

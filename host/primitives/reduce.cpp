@@ -44,25 +44,23 @@ void segmented_reduce_min(Device& device, const cl::Buffer& in, const cl::Buffer
                    segment_local(device), in, offsets, static_cast<std::uint32_t>(segments), out, index);
 }
 
-double reduce_sum_float(Device& device, const cl::Buffer& in, std::uint64_t n) {
-  if (n == 0) return 0;
+namespace {
+
+// What one pass over blocks leaves on the device, still to be read.
+std::uint64_t enqueue_block_sums(Device& device, const cl::Buffer& in, std::uint64_t n) {
   check_count("reduce_sum_float", n);
   check_buffer("reduce_sum_float", "in", in, n);
   const std::uint64_t blocks = (n + sum_block - 1) / sum_block;
-  auto& sums = device.kept<Scratch>().block_values;
+  auto& sums = device.kept<Scratch>().block_float_sums;
   grow(device, sums, std::max<std::uint64_t>(blocks, 4096), "block sums");
   if (trees(device))
     device.run(reduce_kernels, "reduce_sum_trees", blocks * device.options().work_group_size, in, n, sums);
   else
     device.run_local(reduce_kernels, "reduce_sum_blocks", blocks, 4, in, n, sums);
-  double total = 0;
-  for (const float sum : sums.download(0, blocks)) total += double(sum);
-  return total;
+  return blocks;
 }
 
-ArgMax argmax_float(Device& device, const cl::Buffer& in, std::uint64_t n) {
-  ArgMax best{0, none};
-  if (n == 0) return best;
+std::uint64_t enqueue_block_maxima(Device& device, const cl::Buffer& in, std::uint64_t n) {
   check_count("argmax_float", n);
   check_buffer("argmax_float", "in", in, n);
   const Blocks blocks = cut_blocks(device, n);
@@ -71,11 +69,40 @@ ArgMax argmax_float(Device& device, const cl::Buffer& in, std::uint64_t n) {
   grow(device, scratch.block_indices, std::max<std::uint64_t>(blocks.count, 4096), "block maxima");
   device.run_local(reduce_kernels, trees(device) ? "arg_trees" : "arg_blocks", blocks.items(), blocks.local,
                    in, n, blocks.length, -1.0f, scratch.block_values, scratch.block_indices);
-  const auto values = scratch.block_values.download(0, blocks.count);
-  const auto indices = scratch.block_indices.download(0, blocks.count);
-  for (std::uint32_t b = 0; b < blocks.count; ++b)
-    if (indices[b] != none && (best.index == none || values[b] > best.value)) best = {values[b], indices[b]};
-  return best;
+  return blocks.count;
+}
+
+// With one wait; either count may be 0.
+SumAndArgMax read_blocks(Device& device, std::uint64_t sum_count, std::uint64_t most_count) {
+  const auto& scratch = device.kept<Scratch>();
+  std::vector<float> sums(sum_count), values(most_count);
+  std::vector<std::uint32_t> indices(most_count);
+  device.read_later(scratch.block_float_sums.buffer(), 0, sum_count * 4, sums.data());
+  device.read_later(scratch.block_values.buffer(), 0, most_count * 4, values.data());
+  device.read_later(scratch.block_indices.buffer(), 0, most_count * 4, indices.data());
+  device.finish();
+  SumAndArgMax result{0, {0, none}};
+  for (const float sum : sums) result.sum += double(sum);
+  for (std::uint64_t b = 0; b < most_count; ++b)
+    if (indices[b] != none && (result.most.index == none || values[b] > result.most.value))
+      result.most = {values[b], indices[b]};
+  return result;
+}
+
+}  // namespace
+
+double reduce_sum_float(Device& device, const cl::Buffer& in, std::uint64_t n) {
+  return n == 0 ? 0 : read_blocks(device, enqueue_block_sums(device, in, n), 0).sum;
+}
+
+ArgMax argmax_float(Device& device, const cl::Buffer& in, std::uint64_t n) {
+  return n == 0 ? ArgMax{0, none} : read_blocks(device, 0, enqueue_block_maxima(device, in, n)).most;
+}
+
+SumAndArgMax sum_and_argmax_float(Device& device, const cl::Buffer& in, std::uint64_t n) {
+  if (n == 0) return {0, {0, none}};
+  const std::uint64_t sums = enqueue_block_sums(device, in, n);
+  return read_blocks(device, sums, enqueue_block_maxima(device, in, n));
 }
 
 }  // namespace clrad

@@ -10,6 +10,16 @@
 namespace clrad {
 namespace {
 
+// Of each patch: state.power.
+void unshot_power(SolveState& state) {
+  state.device.run("solve/select.cl", "unshot_power", state.patches, state.unshot, state.patch_area,
+                   state.power, state.patches, state.bands);
+}
+
+double share_of_emitted(const SolveState& state, double power) {
+  return state.emitted_power > 0 ? power / state.emitted_power : 0;
+}
+
 // The patches with the most unshot power, at most options.shooters of them, and how much all have, in float on the device.
 struct Brightest {
   std::vector<std::uint32_t> patches;
@@ -17,12 +27,13 @@ struct Brightest {
 };
 Brightest select(SolveState& state) {
   const auto stage = state.device.stage("select the patch with the most unshot power");
-  Brightest result{{}, unshot_relative(state)};
   if (state.options.shooters == 1) {
-    const ArgMax best = argmax_float(state.device, state.power.buffer(), state.patches);
-    if (best.index != 0xffffffffu) result.patches.push_back(best.index);
-    return result;
+    unshot_power(state);
+    const auto [unshot, most] = sum_and_argmax_float(state.device, state.power.buffer(), state.patches);
+    if (most.index == 0xffffffffu) return {{}, share_of_emitted(state, unshot)};
+    return {{most.index}, share_of_emitted(state, unshot)};
   }
+  Brightest result{{}, unshot_relative(state)};
   Array<std::uint32_t> keys(state.device, state.patches, "patches by power"),
       order(state.device, state.patches, "patches by power");
   state.device.run("solve/select.cl", "rank_power", state.patches, state.power, keys, order, state.patches);
@@ -63,10 +74,8 @@ Rest solve_rest(Run& run, double unshot) {
 }  // namespace
 
 double unshot_relative(SolveState& state) {
-  state.device.run("solve/select.cl", "unshot_power", state.patches, state.unshot, state.patch_area,
-                   state.power, state.patches, state.bands);
-  const double unshot = reduce_sum_float(state.device, state.power.buffer(), state.patches);
-  return state.emitted_power > 0 ? unshot / state.emitted_power : 0;
+  unshot_power(state);
+  return share_of_emitted(state, reduce_sum_float(state.device, state.power.buffer(), state.patches));
 }
 
 bool shoot_until_converged(Run& run) {

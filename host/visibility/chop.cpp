@@ -22,7 +22,7 @@ constexpr const char* chop_kernels = "visibility/chop.cl";
 /// Cells in the first wave of grids that would take more than two (in others waves save less than their launches
 /// cost), and rays in a batch: measured, see bench/visibility.cpp and bench/curves.cpp.
 constexpr std::uint32_t usual_slab = 8;
-constexpr std::uint32_t usual_batch = 1u << 16, usual_batch_on_gpu = 1u << 20;
+constexpr std::uint32_t usual_batch = 1u << 17, usual_batch_on_gpu = 1u << 20;
 constexpr std::uint32_t least_batch = 64;
 /// Bytes a ray takes when nothing else is known: its ends and flags, four pieces, eight blocks of candidates.
 constexpr std::uint64_t bytes_per_ray = 100 + 4 * 52 + 8 * 24;

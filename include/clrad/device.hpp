@@ -152,6 +152,8 @@ class Device {
 
   /// For arrays: transfers that count for the current stage. Blocking.
   void read(const cl::Buffer& from, std::uint64_t offset_bytes, std::uint64_t bytes, void* to);
+  /// The bytes are at `to` after the next read() or finish(): several transfers cost one wait.
+  void read_later(const cl::Buffer& from, std::uint64_t offset_bytes, std::uint64_t bytes, void* to);
   void write(const cl::Buffer& to, std::uint64_t offset_bytes, std::uint64_t bytes, const void* from);
   /// Device to device; in order with the launches, not blocking.
   void copy(const cl::Buffer& from, const cl::Buffer& to, std::uint64_t bytes, std::uint64_t from_offset = 0,

@@ -52,6 +52,12 @@ struct ArgMax {
   std::uint32_t index;  ///< lowest that attains it; CLRAD_NONE when n = 0 or all NaN
 };
 ArgMax argmax_float(Device&, const cl::Buffer& in, std::uint64_t n);
+/// Both at once, with one wait for the device.
+struct SumAndArgMax {
+  double sum;
+  ArgMax most;
+};
+SumAndArgMax sum_and_argmax_float(Device&, const cl::Buffer& in, std::uint64_t n);
 
 /// Processor allocation: requester i gets counts[i] consecutive slots.
 struct Allocation {
