@@ -29,6 +29,15 @@ struct Cells {
   std::uint32_t count() const { return first.back(); }
 };
 
+// The same for receivers that see no more of a cell than its middle: packets of 16 cells of one patch.
+struct CellPackets {
+  std::vector<double> rows;          // [packet][rows_of_packet][16], as CLRAD_CELL_* of near_field.cl say
+  std::vector<double> radiosity;     // [band][packet][16]
+  std::vector<std::uint32_t> first;  // packet of each patch, and the end
+  std::uint32_t count() const { return first.back(); }
+};
+constexpr std::uint32_t packet_cells = 16, rows_of_packet = 8;
+
 std::uint32_t ancestor(std::uint32_t code) {
   return code >> 2 * (lattice_depth - cell_level);
 }
@@ -136,6 +145,35 @@ Cells make_cells(const Solution& solution, const std::vector<double>& node_value
   return cells;
 }
 
+CellPackets make_packets(const Cells& cells, std::uint32_t bands) {
+  CellPackets packets;
+  packets.first.push_back(0);
+  for (std::size_t p = 0; p + 1 < cells.first.size(); ++p)
+    packets.first.push_back(packets.first[p] + (cells.first[p + 1] - cells.first[p] + packet_cells - 1) / packet_cells);
+  packets.rows.assign(std::size_t(packets.count()) * rows_of_packet * packet_cells, 0);
+  packets.radiosity.assign(std::size_t(bands) * packets.count() * packet_cells, 0);
+  for (std::size_t p = 0; p + 1 < cells.first.size(); ++p)
+    for (std::uint32_t e = cells.first[p]; e < cells.first[p + 1]; ++e) {
+      const std::size_t packet = packets.first[p] + (e - cells.first[p]) / packet_cells,
+                        lane = (e - cells.first[p]) % packet_cells;
+      if (cells.radiosity[e] < 0) continue;  // covered
+      const double* cell = cells.shooters.data() + std::size_t(e) * shooter_record_size;
+      const bool triangle = std::equal(cell + 6, cell + 9, cell + 9);
+      double* row = packets.rows.data() + packet * rows_of_packet * packet_cells + lane;
+      for (std::size_t a = 0; a < 3; ++a) {
+        const double sum = cell[a] + cell[3 + a] + cell[6 + a], across = cell[a] - cell[6 + a];
+        row[a * packet_cells] = triangle ? sum / 3 : (sum + cell[9 + a]) / 4;
+        row[(3 + a) * packet_cells] = cell[40 + a];
+        row[7 * packet_cells] += across * across;
+      }
+      row[6 * packet_cells] = cell[46];
+      for (std::uint32_t b = 0; b < bands; ++b)
+        packets.radiosity[(std::size_t(b) * packets.count() + packet) * packet_cells + lane] =
+            cells.radiosity[std::size_t(b) * cells.count() + e];
+    }
+  return packets;
+}
+
 void add_near(SolveState& state, const RealArray& near) {
   state.device.run("solve/near_balance.cl", "add_near", near.size(), near, state.vertex_irradiance,
                    std::uint32_t(near.size()));
@@ -186,6 +224,9 @@ RealArray near_field(SolveState& state, const Solution& solution, std::uint32_t 
   const RealArray mean_device(state.device, mean, "patch radiosity"),
       box_device(state.device, patch_boxes(mesh), "patch boxes");
   const RealArray shooters(state.device, cells.shooters, "cells");
+  const CellPackets packets = make_packets(cells, state.bands);
+  const RealArray packets_device(state.device, packets.rows, "packets of cells"),
+      far_radiosity(state.device, packets.radiosity, "cell radiosity");
   // Where nobody asks for a patch's own gains they go where the next one's do.
   RealArray any_gains;
   Array<std::uint32_t> any_touched;
@@ -207,9 +248,10 @@ RealArray near_field(SolveState& state, const Solution& solution, std::uint32_t 
                          Real{reaches[patch]}, flags, first_vertex, count);
       });
     state.device.run("solve/near_field.cl", "near_field", state.vertices - first_vertex, state.receivers,
-                     *column, state.colours, shooters, cells.first[patch],
-                     cells.first[patch + 1] - cells.first[patch], radiosity_device, slopes_device,
-                     cells.count(), mean_device, state.total_shot, patch, patches, box_device,
+                     *column, state.colours, shooters, packets_device, packets.first[patch],
+                     packets.first[patch + 1], cells.first[patch], radiosity_device, far_radiosity,
+                     slopes_device, cells.count(), packets.count(), mean_device, state.total_shot, patch,
+                     patches, box_device,
                      Real{reaches[patch]}, near, gains, touched, NearBalance::block(),
                      NearBalance::stamp_of(slot), first_vertex, state.vertices, state.bands);
     if (balance) balance->take(slot);

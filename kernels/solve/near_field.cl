@@ -57,28 +57,45 @@ static void light_centre(__global const REAL* cell, int triangle, CLRAD_POINT_T 
   mean[2] = all > 0 ? xy_sum / all : 0;
 }
 
-/* Form factor to one cell, as if nothing stood between, and the centre of its light. From two of its diameters on as to a point
- * at its middle: an error of some 5 % in one term of a correction. */
-static REAL cell_factor(__global const REAL* cell, CLRAD_POINT_T p, REAL* mean) {
-  REAL r[3] = {0, 0, 0}, side2 = 0;
+/* Where r2 is below this many squared diameters of a cell the receiver sees its shape; from there on as to a point at its middle: an
+ * error of some 5 % in one term of a correction. */
+#define CLRAD_NEAR_DIAMETERS2 4
+
+/* Form factor to one cell nearer than that, as if nothing stood between, and the centre of its light. */
+static REAL near_cell_factor(__global const REAL* cell, CLRAD_POINT_T p, REAL side2, REAL* mean) {
   const int triangle = cell[6] == cell[9] && cell[7] == cell[10] && cell[8] == cell[11];
+  light_centre(cell, triangle, p, side2, mean);
+  return clrad_exact_factor(cell, clrad_make(p.x, p.y, p.z), clrad_make(p.x_lo, p.y_lo, p.z_lo),
+                            clrad_make(p.nx, p.ny, p.nz));
+}
+
+/* Rows of a packet: middle, normal and area of each of 16 cells and the square of its diameter. Lanes without a cell, and those of
+ * covered ones, have area 0 and a diameter of 0. */
+#define CLRAD_CELL_X 0
+#define CLRAD_CELL_NORMAL 3
+#define CLRAD_CELL_AREA 6
+#define CLRAD_CELL_SIDE2 7
+#define CLRAD_CELL_ROWS 8
+
+/* Form factors to the 16 cells of a packet, 0 to the near ones. near_by[lane] < 0 where a cell is near; returns whether any is. */
+static int far_cell_factors(__global const REAL* packet, CLRAD_POINT_T p, clrad_many* factor, REAL* near_by) {
+  const REAL at[3] = {p.x, p.y, p.z}, pn[3] = {p.nx, p.ny, p.nz};
+  const clrad_many none = 0;
+  clrad_many r2 = 0, above = 0, facing = 0;
   for (int a = 0; a < 3; a++) {
-    const REAL sum = cell[a] + cell[3 + a] + cell[6 + a];
-    const REAL middle = triangle ? sum / 3 : (sum + cell[9 + a]) / 4;
-    const REAL at = a == 0 ? p.x : a == 1 ? p.y : p.z;
-    r[a] = middle - at;
-    side2 += (cell[a] - cell[6 + a]) * (cell[a] - cell[6 + a]);
-    mean[a] = 0;
+    const clrad_many r = vload16(CLRAD_CELL_X + a, packet) - at[a];
+    r2 += r * r;
+    above += pn[a] * r;
+    facing -= vload16(CLRAD_CELL_NORMAL + a, packet) * r;
   }
-  const REAL r2 = r[0] * r[0] + r[1] * r[1] + r[2] * r[2];
-  if (r2 < 4 * side2) {
-    light_centre(cell, triangle, p, side2, mean);
-    return clrad_exact_factor(cell, clrad_make(p.x, p.y, p.z), clrad_make(p.x_lo, p.y_lo, p.z_lo),
-                              clrad_make(p.nx, p.ny, p.nz));
-  }
-  __global const REAL* n = cell + CLRAD_SHOOTER_NORMAL;
-  const REAL above = p.nx * r[0] + p.ny * r[1] + p.nz * r[2], facing = -(n[0] * r[0] + n[1] * r[1] + n[2] * r[2]);
-  return above > 0 && facing > 0 ? CLRAD_R(0.31830988618379067) * (above / r2) * (facing / r2) * cell[CLRAD_SHOOTER_AREA] : 0;
+  const clrad_many margin = r2 - CLRAD_NEAR_DIAMETERS2 * vload16(CLRAD_CELL_SIDE2, packet);
+  vstore16(margin, 0, near_by);
+  const clrad_many per = 1 / r2, seen = fmax(above, none) * per * (fmax(facing, none) * per);
+  const clrad_many far = CLRAD_R(0.31830988618379067) * seen * vload16(CLRAD_CELL_AREA, packet);
+  *factor = margin < 0 || !(r2 > 0) ? none : far;
+  REAL least = near_by[0];
+  for (int lane = 1; lane < 16; lane++) least = min(least, near_by[lane]);
+  return least < 0;
 }
 
 /* Square of the distance of p from the box of a patch: its low corner, then its high one. */
@@ -101,9 +118,10 @@ __kernel void keep_near(__global const CLRAD_POINT_T* receivers, __global const 
 }
 
 __kernel void near_field(__global const CLRAD_POINT_T* receivers, __global const REAL* column, uint colours,
-                         __global const REAL* shooters, uint first_node, uint elements, __global const REAL* radiosity,
-                         __global const REAL* slopes, uint nodes, __global const REAL* mean_radiosity,
-                         __global const REAL* shot, uint patch, uint patches,
+                         __global const REAL* shooters, __global const REAL* packets, uint first_packet, uint end_packet,
+                         uint first_cell, __global const REAL* radiosity, __global const REAL* far_radiosity,
+                         __global const REAL* slopes, uint cells, uint packet_count,
+                         __global const REAL* mean_radiosity, __global const REAL* shot, uint patch, uint patches,
                          __global const REAL* box, REAL reach, __global REAL* near, __global REAL* gains,
                          volatile __global uint* touched, uint block, uint stamp, uint first, uint vertices, uint bands) {
   const uint v = first + get_global_id(0);
@@ -116,26 +134,37 @@ __kernel void near_field(__global const CLRAD_POINT_T* receivers, __global const
   if (d2 >= reach * reach) return;
   /* Fades out over the outer half, or the border of the near field would show as a line. */
   const REAL d = sqrt(d2), fade = 2 * d <= reach ? 1 : 2 - 2 * d / reach;
-  REAL all = 0, sum[CLRAD_MOST_BANDS];
-  for (uint b = 0; b < bands; b++) sum[b] = 0;
-  for (uint e = first_node; e < first_node + elements; e++) {
-    if (radiosity[e] < 0) continue;
-    REAL mean[3];
-    const REAL part = cell_factor(shooters + (ulong)e * CLRAD_SHOOTER_SIZE, p, mean);
-    all += part;
-    for (uint b = 0; b < bands; b++) {
-      const ulong of = (ulong)b * nodes + e;
-      __global const REAL* slope = slopes + 3 * of;
-      const REAL there = radiosity[of] + slope[0] * mean[0] + slope[1] * mean[1] + slope[2] * mean[2];
-      sum[b] += part * (there > 0 ? there : 0);
+  REAL near_all = 0, sum[CLRAD_MOST_BANDS], near_by[16];
+  clrad_many far_all = 0, far_sum[CLRAD_MOST_BANDS];
+  for (uint b = 0; b < bands; b++) sum[b] = 0, far_sum[b] = 0;
+  for (uint packet = first_packet; packet < end_packet; packet++) {
+    __global const REAL* rows = packets + (ulong)packet * CLRAD_CELL_ROWS * 16;
+    clrad_many factor;
+    const int any_near = far_cell_factors(rows, p, &factor, near_by);
+    far_all += factor;
+    for (uint b = 0; b < bands; b++) far_sum[b] += factor * vload16(b * (ulong)packet_count + packet, far_radiosity);
+    for (uint lane = 0; any_near && lane < 16; lane++) {
+      if (!(near_by[lane] < 0)) continue;
+      const uint e = first_cell + 16 * (packet - first_packet) + lane;
+      REAL mean[3];
+      const REAL part = near_cell_factor(shooters + (ulong)e * CLRAD_SHOOTER_SIZE, p, rows[16 * CLRAD_CELL_SIDE2 + lane], mean);
+      near_all += part;
+      for (uint b = 0; b < bands; b++) {
+        const ulong of = (ulong)b * cells + e;
+        __global const REAL* slope = slopes + 3 * of;
+        const REAL there = radiosity[of] + slope[0] * mean[0] + slope[1] * mean[1] + slope[2] * mean[2];
+        sum[b] += part * (there > 0 ? there : 0);
+      }
     }
   }
+  const REAL all = near_all + clrad_lanes_sum(far_all);
   if (!(all > 0)) return;
   for (uint b = 0; b < bands; b++) {
     const REAL average = mean_radiosity[b * patches + patch];
     if (!(average > 0)) continue;
     const ulong i = (ulong)b * vertices + v;
-    const REAL gain = fade * column[(ulong)(b % colours) * vertices + v] * shot[b * patches + patch] * (sum[b] / (all * average) - 1);
+    const REAL seen = (sum[b] + clrad_lanes_sum(far_sum[b])) / all;
+    const REAL gain = fade * column[(ulong)(b % colours) * vertices + v] * shot[b * patches + patch] * (seen / average - 1);
     near[i] += gain;
     gains[i] = gain;
   }
