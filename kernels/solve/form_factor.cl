@@ -124,9 +124,28 @@ __kernel void disk_factors(__global const REAL* shooter, uint plane, __global co
   out[out_at + (dense ? receiver : i)] = sum * (shooter[CLRAD_SHOOTER_AREA] / (REAL)n);
 }
 
-/* column[receiver] = F x visible fraction, in which a sample weighs z / r^4: its own kernel, without the distance from the
- * shooter's plane, which all samples share. undecided[i] = 1 where F > 0 but no sample is above the horizon. Work-item:
- * CLRAD_WIDTH of the chosen receivers. */
+/* The samples of word w of a mask, all that there are of its 32. */
+static uint word_of_samples(uint n, uint w) { return n - 32 * w < 32 ? (1u << (n - 32 * w)) - 1 : 0xffffffffu; }
+
+/* What a sample weighs: its own kernel z / r^4, without the distance from the shooter's plane, which all samples share. */
+#if CLRAD_WIDTH == 1
+static REAL weight_of(CLRAD_POINT_T p, CLRAD_POINT_T q, REAL area) {
+  const clrad_vector r = from_to(p, q);
+  const REAL r2 = squared_distance(r), z = clrad_dot(normal_of(p), r);
+  return z > 0 ? (z / r2) * (area / r2) : 0;
+}
+#else
+static clrad_reals weights_of(const clrad_receivers* at, __global const CLRAD_POINT_T* q, REAL area) {
+  const clrad_vectors r = clrad_from_receivers(at, q->x, q->y, q->z, q->x_lo, q->y_lo, q->z_lo);
+  const clrad_reals length2 = clrad_dots(r, r), z = clrad_dots(at->n, r), least = LEAST_DISTANCE2, none = 0;
+  const clrad_reals r2 = length2 > LEAST_DISTANCE2 ? length2 : least;
+  return z > 0 ? (z / r2) * (area / r2) : none;
+}
+#endif
+
+/* column[receiver] = F x visible fraction. undecided[i] = 1 where F > 0 but no sample is above the horizon. Where all samples are
+ * seen or all hidden, as of most receivers, the fraction is 1 or 0 to the bit and one sample above the horizon is enough to know.
+ * Work-item: CLRAD_WIDTH of the chosen receivers. */
 __kernel void visible_factors(__global const REAL* shooter, __global const CLRAD_POINT_T* receivers,
                               __global const uint* active, uint chosen, __global const CLRAD_POINT_T* samples, uint n,
                               __global const uint* masks, __global const REAL* factors, uint glass,
@@ -140,21 +159,30 @@ __kernel void visible_factors(__global const REAL* shooter, __global const CLRAD
   const uint receiver = receiver_of(active, chosen, i);
   const CLRAD_POINT_T p = receivers[receiver];
   const REAL factor = factors[i];
+  int hidden = 0, seen = 0;
+  for (uint w = 0; w < words; w++) {
+    const uint mask = masks[(ulong)i * words + w], there = word_of_samples(n, w);
+    hidden |= (mask & there) != 0;
+    seen |= (mask & there) != there;
+  }
   REAL all = 0, visible = 0;
-  for (uint w = 0; w < words && factor > 0; w++) {
-    const uint mask = masks[(ulong)i * words + w];
-    const uint end = n < 32 * (w + 1) ? n : 32 * (w + 1);
-    REAL block = 0, block_visible = 0;
-    for (uint k = 32 * w; k < end; k++) {
-      const clrad_vector r = from_to(p, samples[k]);
-      const REAL r2 = squared_distance(r), z = clrad_dot(normal_of(p), r);
-      const REAL weight = z > 0 ? (z / r2) * (area / r2) : 0;
-      block += weight;
-      const REAL passed = glass ? passes[passes_at + (ulong)(i - first) * n + k] : (REAL)1;
-      block_visible += mask >> (k & 31) & 1 ? 0 : weight * passed;
+  if (glass || (hidden && seen)) {
+    for (uint w = 0; w < words && factor > 0; w++) {
+      const uint mask = masks[(ulong)i * words + w];
+      const uint end = n < 32 * (w + 1) ? n : 32 * (w + 1);
+      REAL block = 0, block_visible = 0;
+      for (uint k = 32 * w; k < end; k++) {
+        const REAL weight = weight_of(p, samples[k], area);
+        block += weight;
+        const REAL passed = glass ? passes[passes_at + (ulong)(i - first) * n + k] : (REAL)1;
+        block_visible += mask >> (k & 31) & 1 ? 0 : weight * passed;
+      }
+      all += block;
+      visible += block_visible;
     }
-    all += block;
-    visible += block_visible;
+  } else {
+    for (uint k = 0; k < n && factor > 0 && !(all > 0); k++) all = weight_of(p, samples[k], area);
+    visible = hidden ? 0 : all;
   }
   column[out_at + receiver] = all > 0 ? factor * (visible / all) : 0;
   undecided[i] = factor > 0 && !(all > 0);
@@ -162,47 +190,58 @@ __kernel void visible_factors(__global const REAL* shooter, __global const CLRAD
   const uint lanes = min(count - i, (uint)CLRAD_WIDTH);
   uint receiver[CLRAD_WIDTH];
   int bits[CLRAD_WIDTH];
-  REAL factor[CLRAD_WIDTH], all_of[CLRAD_WIDTH], visible_of[CLRAD_WIDTH], passed[CLRAD_WIDTH];
-  int some = 0;
+  REAL factor[CLRAD_WIDTH], fraction[CLRAD_WIDTH], passed[CLRAD_WIDTH];
   for (uint lane = 0; lane < CLRAD_WIDTH; lane++) {
     receiver[lane] = receiver_of(active, chosen, i + min(lane, lanes - 1));
     factor[lane] = factors[i + min(lane, lanes - 1)];
-    some |= factor[lane] > 0;
   }
-  clrad_receivers at;
-  clrad_load_receivers(receivers, receiver, &at);
-  const clrad_reals none = 0;
-  clrad_reals all = 0, visible = 0;
-  for (uint w = 0; w < words && some; w++) {
+  const clrad_reals none = 0, one = 1;
+  const clrad_masks wanted = CLRAD_LOAD(factor) > none;
+  clrad_masks hidden = 0, seen = 0, open = wanted;
+  for (uint w = 0; w < words && clrad_some(wanted & ~(hidden & seen)); w++) {
     for (uint lane = 0; lane < CLRAD_WIDTH; lane++)
       bits[lane] = (int)masks[(ulong)(i + min(lane, lanes - 1)) * words + w];
     const clrad_masks mask = CLRAD_MASKS_OF_INTS(CLRAD_LOAD(bits));
-    const uint end = n < 32 * (w + 1) ? n : 32 * (w + 1);
-    clrad_reals block = 0, block_visible = 0;
-    for (uint k = 32 * w; k < end; k++) {
-      __global const CLRAD_POINT_T* q = samples + k;
-      const clrad_vectors r = clrad_from_receivers(&at, q->x, q->y, q->z, q->x_lo, q->y_lo, q->z_lo);
-      const clrad_reals length2 = clrad_dots(r, r), z = clrad_dots(at.n, r), least = LEAST_DISTANCE2;
-      const clrad_reals r2 = length2 > LEAST_DISTANCE2 ? length2 : least;
-      const clrad_reals weight = z > 0 ? (z / r2) * (area / r2) : none;
-      block += weight;
-      clrad_reals seen = weight;
-      if (glass) {
-        for (uint lane = 0; lane < CLRAD_WIDTH; lane++)
-          passed[lane] = passes[passes_at + (ulong)(i - first + min(lane, lanes - 1)) * n + k];
-        seen = weight * CLRAD_LOAD(passed);
-      }
-      block_visible += (mask & (1 << (k & 31))) != 0 ? none : seen;
-    }
-    all += block;
-    visible += block_visible;
+    const int there = (int)word_of_samples(n, w);
+    hidden |= (mask & there) != 0;
+    seen |= (~mask & there) != 0;
   }
-  CLRAD_STORE(all, all_of);
-  CLRAD_STORE(visible, visible_of);
+  clrad_receivers at;
+  clrad_load_receivers(receivers, receiver, &at);
+  clrad_reals fractions;
+  if (glass || clrad_some(wanted & hidden & seen)) {
+    clrad_reals all = 0, visible = 0;
+    for (uint w = 0; w < words && clrad_some(wanted); w++) {
+      for (uint lane = 0; lane < CLRAD_WIDTH; lane++)
+        bits[lane] = (int)masks[(ulong)(i + min(lane, lanes - 1)) * words + w];
+      const clrad_masks mask = CLRAD_MASKS_OF_INTS(CLRAD_LOAD(bits));
+      const uint end = n < 32 * (w + 1) ? n : 32 * (w + 1);
+      clrad_reals block = 0, block_visible = 0;
+      for (uint k = 32 * w; k < end; k++) {
+        const clrad_reals weight = weights_of(&at, samples + k, area);
+        block += weight;
+        clrad_reals through = weight;
+        if (glass) {
+          for (uint lane = 0; lane < CLRAD_WIDTH; lane++)
+            passed[lane] = passes[passes_at + (ulong)(i - first + min(lane, lanes - 1)) * n + k];
+          through = weight * CLRAD_LOAD(passed);
+        }
+        block_visible += (mask & (1 << (k & 31))) != 0 ? none : through;
+      }
+      all += block;
+      visible += block_visible;
+    }
+    open &= ~(all > none);
+    fractions = all > none ? visible / all : none;
+  } else {
+    for (uint k = 0; k < n && clrad_some(open); k++) open &= ~(weights_of(&at, samples + k, area) > none);
+    fractions = hidden ? none : one;
+  }
+  CLRAD_STORE(fractions, fraction);
+  CLRAD_STORE(CLRAD_TO_INTS(open), bits);
   for (uint lane = 0; lane < lanes; lane++) {
-    const int decided = factor[lane] > 0 && all_of[lane] > 0;
-    column[out_at + receiver[lane]] = decided ? factor[lane] * (visible_of[lane] / all_of[lane]) : 0;
-    undecided[i + lane] = factor[lane] > 0 && !decided;
+    column[out_at + receiver[lane]] = factor[lane] > 0 && !bits[lane] ? factor[lane] * fraction[lane] : 0;
+    undecided[i + lane] = bits[lane] & 1;
   }
 #endif
 }
