@@ -149,7 +149,8 @@ CellPackets make_packets(const Cells& cells, std::uint32_t bands) {
   CellPackets packets;
   packets.first.push_back(0);
   for (std::size_t p = 0; p + 1 < cells.first.size(); ++p)
-    packets.first.push_back(packets.first[p] + (cells.first[p + 1] - cells.first[p] + packet_cells - 1) / packet_cells);
+    packets.first.push_back(packets.first[p] +
+                            (cells.first[p + 1] - cells.first[p] + packet_cells - 1) / packet_cells);
   packets.rows.assign(std::size_t(packets.count()) * rows_of_packet * packet_cells, 0);
   packets.radiosity.assign(std::size_t(bands) * packets.count() * packet_cells, 0);
   for (std::size_t p = 0; p + 1 < cells.first.size(); ++p)
@@ -251,8 +252,7 @@ RealArray near_field(SolveState& state, const Solution& solution, std::uint32_t 
                      *column, state.colours, shooters, packets_device, packets.first[patch],
                      packets.first[patch + 1], cells.first[patch], radiosity_device, far_radiosity,
                      slopes_device, cells.count(), packets.count(), mean_device, state.total_shot, patch,
-                     patches, box_device,
-                     Real{reaches[patch]}, near, gains, touched, NearBalance::block(),
+                     patches, box_device, Real{reaches[patch]}, near, gains, touched, NearBalance::block(),
                      NearBalance::stamp_of(slot), first_vertex, state.vertices, state.bands);
     if (balance) balance->take(slot);
   }

@@ -52,6 +52,9 @@ struct SolveCost {
   double total() const { return shooting_s + sensors_s; }
 };
 
+/// What those of a device took at sensors.
+double sensor_seconds(const std::vector<StageProfile>& stages);
+
 /// `sensors_before`: what earlier solves of this device took at sensors, since its profile goes on; grows.
 SolveCost cost_of(const Scene& scene, const Solution& solution, double seconds, double& sensors_before);
 

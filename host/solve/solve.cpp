@@ -25,6 +25,7 @@
 #include "solve/invariants.hpp"
 #include "solve/lamps.hpp"
 #include "solve/near_field.hpp"
+#include "solve/next_setting.hpp"
 #include "solve/refine.hpp"
 #include "solve/rounding.hpp"
 #include "solve/run.hpp"
@@ -295,8 +296,9 @@ void check_all(const Scene& scene, const SolveOptions& options) {
 Solution solve(Device& device, const Scene& scene, const SolveOptions& options) {
   check_all(scene, options);
   if (options.target_error > 0 || options.time_budget_s > 0)
-    return solve_to_target(scene, options,
-                           [&](const SolveOptions& o) { return solve_once(device, scene, o); });
+    return solve_to_target(
+        scene, options, [&](const SolveOptions& o) { return solve_once(device, scene, o); },
+        sensor_seconds(device.profile()));
   return solve_once(device, scene, options);
 }
 
@@ -304,7 +306,9 @@ TargetForecast forecast(Device& device, const Scene& scene, const SolveOptions& 
   check_all(scene, options);
   if (!(options.target_error > 0 || options.time_budget_s > 0))
     throw UsageError("a forecast needs --target-error or --time-budget");
-  return foretell_target(scene, options, [&](const SolveOptions& o) { return solve_once(device, scene, o); });
+  return foretell_target(
+      scene, options, [&](const SolveOptions& o) { return solve_once(device, scene, o); },
+      sensor_seconds(device.profile()));
 }
 
 }  // namespace clrad

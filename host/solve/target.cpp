@@ -75,7 +75,8 @@ SolveSetting coarser(SolveSetting s) {
 
 }  // namespace
 
-TargetForecast foretell_target(const Scene& scene, const SolveOptions& asked, const SolveOnce& solve_once) {
+TargetForecast foretell_target(const Scene& scene, const SolveOptions& asked, const SolveOnce& solve_once,
+                               double sensors_before) {
   // Nothing is written, and nothing gone on with: these solves are tries.
   SolveOptions options = asked;
   options.checkpoint.clear(), options.resume.clear();
@@ -84,7 +85,6 @@ TargetForecast foretell_target(const Scene& scene, const SolveOptions& asked, co
   std::vector<SolveSetting> settings{first_setting(scene, options)};
   if (starts_coarser(options)) settings.insert(settings.begin(), coarser(settings[0]));
   TargetForecast result;
-  double sensors_before = 0;
   for (const SolveSetting& setting : settings) {
     SolveOptions probe = with_setting(options, setting);
     const double began = elapsed();
@@ -108,7 +108,8 @@ TargetForecast foretell_target(const Scene& scene, const SolveOptions& asked, co
   return result;
 }
 
-Solution solve_to_target(const Scene& scene, const SolveOptions& options, const SolveOnce& solve_once) {
+Solution solve_to_target(const Scene& scene, const SolveOptions& options, const SolveOnce& solve_once,
+                         double sensors_before) {
   const auto start = Clock::now();
   const auto elapsed = [&] { return std::chrono::duration<double>(Clock::now() - start).count(); };
   const double budget = budget_of(options);
@@ -122,7 +123,7 @@ Solution solve_to_target(const Scene& scene, const SolveOptions& options, const 
   double foretold_error = NAN, foretold_seconds = NAN;
   int in_vain = 0;
   std::string why;  // it ended before the target was met
-  double sensors_before = 0, error = INFINITY, finishing = 0;
+  double error = INFINITY, finishing = 0;
   for (int step = 0; step < most_solves; ++step) {
     SolveOptions o = with_setting(options, setting);
     if (step > 0) o.resume.clear();
