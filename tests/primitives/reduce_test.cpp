@@ -190,12 +190,29 @@ TEST(Reduce, ArgmaxTakesTheLowestOfTiesAndSkipsNan) {
     }
 }
 
+TEST(Reduce, SumAndArgmaxAtOnceAreWhatEachIsAlone) {
+  std::mt19937 random(seed());
+  for (const std::uint64_t n : sizes()) {
+    const Floats values = random_floats(n, random, false);
+    for (const Way& way : ways()) {
+      Device& device = device_for(way);
+      const Array<float> in(device, std::span<const float>(values), "in");
+      const SumAndArgMax both = sum_and_argmax_float(device, in.buffer(), n);
+      ASSERT_EQ(both.sum, reduce_sum_float(device, in.buffer(), n)) << way << ", n = " << n;
+      const ArgMax most = argmax_float(device, in.buffer(), n);
+      ASSERT_EQ(both.most.index, most.index) << way << ", n = " << n;
+      ASSERT_EQ(both.most.value, most.value) << way << ", n = " << n;
+    }
+  }
+}
+
 TEST(Reduce, NothingAndNothingButNan) {
   for (const Way& way : ways()) {
     Device& device = device_for(way);
     device.reset_profile();
     EXPECT_EQ(reduce_sum_float(device, cl::Buffer(), 0), 0.0);
     EXPECT_EQ(argmax_float(device, cl::Buffer(), 0).index, none);
+    EXPECT_EQ(sum_and_argmax_float(device, cl::Buffer(), 0).most.index, none);
     segmented_reduce_sum(device, cl::Buffer(), cl::Buffer(), cl::Buffer(), 0);
     EXPECT_TRUE(device.profile().empty());
     const Floats values(70000, nan);

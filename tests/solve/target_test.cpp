@@ -43,6 +43,26 @@ TEST(Target, AnErrorAtSensorsIsMet) {
   }
 }
 
+// With a patch size given, the first step says what the second will take: by its own time, not by what the device did before.
+TEST(Target, StepsAreForetoldOnADeviceThatWasUsed) {
+  const auto data = oracle::reference("c_boxes.json");
+  const auto& reference = oracle::reference_case(data, "C-daylit-1");
+  const Scene scene = oracle::scene_of(reference.at("scene"));
+  SolveOptions o;
+  for (const auto& p : reference.at("points"))
+    o.sensors.push_back({oracle::vec(p.at("point")), oracle::vec(p.at("normal"))});
+  o.mesh.patch_edge_m = 2.5;
+  SolveOptions long_before = o;
+  long_before.sensor_rays = 1u << 18;  // 256 times the first step's
+  solve(target_device(), scene, long_before);
+  o.target_error = 0.003;
+  const Solution s = solve(target_device(), scene, o);
+  ASSERT_GE(s.report.target.steps.size(), 2u);
+  const TargetStep& second = s.report.target.steps[1];
+  // It was a hundred times too long. A solve of tens of milliseconds may take several times as long on a busy machine.
+  EXPECT_LT(second.predicted_seconds, 20 * second.seconds);
+}
+
 // Of the light of a sky most leaves again, so that a thousandth of it unshot is more of the error than of the light.
 TEST(Target, LightIsShotOnWhereWhatIsUnshotIsMuchOfTheError) {
   const Scene scene = load_scene(CLRAD_SCENES "/window.obj");
