@@ -58,9 +58,9 @@ TEST(Target, StepsAreForetoldOnADeviceThatWasUsed) {
   o.target_error = 0.003;
   const Solution s = solve(target_device(), scene, o);
   ASSERT_GE(s.report.target.steps.size(), 2u);
-  const TargetStep& second = s.report.target.steps[1];
-  // It was a hundred times too long. A solve of tens of milliseconds may take several times as long on a busy machine.
-  EXPECT_LT(second.predicted_seconds, 20 * second.seconds);
+  const TargetStep &first = s.report.target.steps[0], &second = s.report.target.steps[1];
+  // A little finer is enough, and foretold as 1.1 times the first step's time; taken for slow, it was made the longest step there is, 12 times.
+  EXPECT_LT(second.predicted_seconds, 4 * first.seconds);
 }
 
 // Of the light of a sky most leaves again, so that a thousandth of it unshot is more of the error than of the light.
