@@ -21,7 +21,7 @@ namespace {
 // Costs in units of one form factor (the probe below), from profiles of the Cornell box, the furnace and the office
 // (`./run bench effects` prints predicted and actual side by side).
 constexpr double cost_of_factor = 1.6, cost_of_ray = 0.25, cost_of_glass = 0.5, cost_of_weighing = 0.25,
-                 cost_of_vertex = 0.9, cost_of_near_field = 0.85, cost_of_covered = 110, cost_of_triangle = 4,
+                 cost_of_vertex = 0.9, cost_of_near_field = 0.20, cost_of_covered = 110, cost_of_triangle = 4,
                  cost_of_band = 0.02, cost_of_sensor_ray = 2.0, cost_of_element_on_host = 3,
                  cost_of_launch_s = 20e-6;
 constexpr double launches_per_shoot = 16;

@@ -158,6 +158,7 @@ CellPackets make_packets(const Cells& cells, std::uint32_t bands) {
       const std::size_t packet = packets.first[p] + (e - cells.first[p]) / packet_cells,
                         lane = (e - cells.first[p]) % packet_cells;
       if (cells.radiosity[e] < 0) continue;  // covered
+      // A shooter_record(): corners first, its normal at 40, its area at 46.
       const double* cell = cells.shooters.data() + std::size_t(e) * shooter_record_size;
       const bool triangle = std::equal(cell + 6, cell + 9, cell + 9);
       double* row = packets.rows.data() + packet * rows_of_packet * packet_cells + lane;

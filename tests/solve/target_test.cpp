@@ -26,31 +26,42 @@ double rms_at(const Solution& s, const nlohmann::json& points) {
   return std::sqrt(squares / n) / (mean / n);
 }
 
+struct Daylit {
+  Scene scene;
+  std::vector<Sensor> sensors;
+  nlohmann::json points;  // of the reference, where the sensors are
+};
+const Daylit& daylit_room() {
+  static const Daylit room = [] {
+    const auto data = oracle::reference("c_boxes.json");
+    const auto& reference = oracle::reference_case(data, "C-daylit-1");
+    Daylit d{oracle::scene_of(reference.at("scene")), {}, reference.at("points")};
+    for (const auto& p : d.points)
+      d.sensors.push_back({oracle::vec(p.at("point")), oracle::vec(p.at("normal"))});
+    return d;
+  }();
+  return room;
+}
+
 TEST(Target, AnErrorAtSensorsIsMet) {
-  const auto data = oracle::reference("c_boxes.json");
-  const auto& reference = oracle::reference_case(data, "C-daylit-1");
-  const Scene scene = oracle::scene_of(reference.at("scene"));
+  const auto& [scene, sensors, points] = daylit_room();
   SolveOptions o;
-  for (const auto& p : reference.at("points"))
-    o.sensors.push_back({oracle::vec(p.at("point")), oracle::vec(p.at("normal"))});
+  o.sensors = sensors;
   for (const double target : {0.05, 0.01}) {
     o.target_error = target;
     const Solution s = solve(target_device(), scene, o);
     EXPECT_TRUE(s.report.target.met);
     EXPECT_TRUE(s.report.target.at_sensors);
     EXPECT_LE(s.report.error.sensors_relative, target);
-    EXPECT_LT(rms_at(s, reference.at("points")), target);
+    EXPECT_LT(rms_at(s, points), target);
   }
 }
 
 // With a patch size given, the first step says what the second will take: by its own time, not by what the device did before.
 TEST(Target, StepsAreForetoldOnADeviceThatWasUsed) {
-  const auto data = oracle::reference("c_boxes.json");
-  const auto& reference = oracle::reference_case(data, "C-daylit-1");
-  const Scene scene = oracle::scene_of(reference.at("scene"));
+  const auto& [scene, sensors, points] = daylit_room();
   SolveOptions o;
-  for (const auto& p : reference.at("points"))
-    o.sensors.push_back({oracle::vec(p.at("point")), oracle::vec(p.at("normal"))});
+  o.sensors = sensors;
   o.mesh.patch_edge_m = 2.5;
   SolveOptions long_before = o;
   long_before.sensor_rays = 1u << 18;  // 256 times the first step's
