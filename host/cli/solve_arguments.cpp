@@ -33,6 +33,11 @@ void SolveArguments::add_to(CLI::App& verb) {
                   "shooters get more rays until one carries no more than 1/N of the light")
       ->capture_default_str()
       ->group(accuracy);
+  verb.add_flag("--visibility-exact", options.visibility_exact,
+                "clip shooters by what stands in the way instead of sampling them: no noise in shadows, at "
+                "about the "
+                "price of 64 samples")
+      ->group(accuracy);
   verb.add_option("--sensor-rays", options.sensor_rays,
                   "rays from a sensor to surfaces; from the end of each goes one more to a lamp")
       ->capture_default_str()

@@ -25,6 +25,9 @@ void check_options(const SolveOptions& o) {
     throw UsageError(fmt::format("--sensor-rays {} is not between 1 and {}", o.sensor_rays, 1u << 28));
   if (!(o.checkpoint_every_s >= 0) || !std::isfinite(o.checkpoint_every_s))
     throw UsageError(fmt::format("--checkpoint-every {} is not a time in seconds", o.checkpoint_every_s));
+  if (o.visibility_exact && o.estimator != Estimator::exact)
+    throw UsageError(
+        "--visibility-exact needs --form-factor exact: the other estimators are sums over samples");
   if (o.samples == 0 || o.samples > 4096)
     throw UsageError(fmt::format("--samples {} is not between 1 and 4096", o.samples));
   if (o.mesh.patch_edge_m < 0 || o.mesh.element_edge_m < 0 || !std::isfinite(o.mesh.patch_edge_m) ||

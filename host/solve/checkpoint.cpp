@@ -71,6 +71,7 @@ Json conditions(const Device& device, const Scene& scene, const SolveOptions& o)
       {"--form-factor", int(o.estimator)},
       {"--samples", o.samples},
       {"--light-samples", o.light_samples},
+      {"--visibility-exact", o.visibility_exact},
       {"--seed", o.seed},
       {"--solver", int(o.solver)},
       {"--closure", int(o.closure)},

@@ -2,6 +2,7 @@
 
 #include "clrad/primitives.hpp"
 #include "device/grow.hpp"
+#include "solve/clip.hpp"
 #include "solve/shooter.hpp"
 
 namespace clrad {
@@ -24,25 +25,40 @@ std::uint32_t emit(SolveState& state, const Shooter& shooter, std::uint32_t firs
   return receivers;
 }
 
-void find_occluded(SolveState& state, const PointArray& samples, std::uint32_t n, std::uint32_t receivers) {
+void find_occluded(SolveState& state, const PointArray& samples, std::uint32_t n,
+                   const Array<std::uint32_t>& active, std::uint32_t receivers) {
   const auto stage = state.device.stage("find which rays are occluded");
-  const Segments rays{&state.receivers, &state.active, receivers, &samples, n};
+  const Segments rays{&state.receivers, &active, receivers, &samples, n};
   grow(state.masks, state.device, std::uint64_t(receivers) * rays.words_per_origin(), "visibility masks");
   state.engine.occluded(rays, state.masks);
 }
 
-// column = form factor x visible fraction (x what glass lets pass) at every receiver from `first` on; 0 where nothing arrives.
+// column = form factor x visible fraction (x what glass lets pass) at the receivers `active`.
 void weigh(SolveState& state, const Shooter& shooter, const PointArray& samples, std::uint32_t n,
-           std::uint32_t receivers, std::uint32_t first, RealArray& column) {
+           const Array<std::uint32_t>& active, std::uint32_t receivers, RealArray& column) {
+  const auto stage = state.device.stage("weigh form factors by what is visible");
+  form_factors(state.device, state.options.estimator, shooter, state.receivers, &active, receivers, samples,
+               n, state.factors);
+  visible_factors(state.device, state.engine, state.options.estimator, shooter, state.receivers, &active,
+                  receivers, samples, n, state.masks, state.factors, column, state.glass);
+}
+
+// column = form factor of the visible part, at the active receivers but those that end up in state.left. Returns how many.
+std::uint32_t clip(SolveState& state, const Shooter& shooter, std::uint32_t receivers, RealArray& column) {
+  const auto stage = state.device.stage("clip shooters to what is visible");
+  form_factors(state.device, state.options.estimator, shooter, state.receivers, &state.active, receivers,
+               state.receivers, 0, state.factors);
+  return state.clip->visible_factors(shooter, state.receivers, state.active, receivers, state.factors, column,
+                                     state.left);
+}
+
+// 0 at every receiver from `first` on.
+void clear(SolveState& state, std::uint32_t first, RealArray& column) {
   const auto stage = state.device.stage("weigh form factors by what is visible");
   const std::uint64_t real = column.bytes() / column.size();
   for (std::uint32_t c = 0; c < state.colours; ++c)
     state.device.fill_bytes(column.buffer(), 0, (state.vertices - first) * real,
                             (std::uint64_t(c) * state.vertices + first) * real);
-  form_factors(state.device, state.options.estimator, shooter, state.receivers, &state.active, receivers,
-               samples, n, state.factors);
-  visible_factors(state.device, state.engine, state.options.estimator, shooter, state.receivers,
-                  &state.active, receivers, samples, n, state.masks, state.factors, column, state.glass);
 }
 
 // The same where nothing can stand between.
@@ -62,17 +78,27 @@ std::uint64_t trace_column(SolveState& state, std::uint32_t patch, std::uint32_t
   const std::uint32_t n = samples_of(state, patch);
   const bool in_the_way = state.occlusion || state.glass;
   const bool sampled = in_the_way || state.options.estimator != Estimator::exact;
+  const auto made = [&] {
+    return PointArray(state.device, samples_on(shooter, patch, n, state.options.seed),
+                      "samples on the shooter");
+  };
   PointArray samples;
-  if (sampled)
-    samples =
-        PointArray(state.device, samples_on(shooter, patch, n, state.options.seed), "samples on the shooter");
-  const std::uint32_t receivers = emit(state, shooter, first, also);
+  if (sampled && !state.clip) samples = made();
+  std::uint32_t receivers = emit(state, shooter, first, also);
   if (!in_the_way) {
     weigh_unoccluded(state, shooter, sampled ? &samples : nullptr, n, receivers, first, column);
     return 0;
   }
-  find_occluded(state, samples, n, receivers);
-  weigh(state, shooter, samples, n, receivers, first, column);
+  clear(state, first, column);
+  const Array<std::uint32_t>* active = &state.active;
+  if (state.clip) {
+    receivers = clip(state, shooter, receivers, column);
+    if (receivers == 0) return 0;
+    active = &state.left;
+    samples = made();
+  }
+  find_occluded(state, samples, n, *active, receivers);
+  weigh(state, shooter, samples, n, *active, receivers, column);
   // What the engine counts, without the wait that asking it costs; where nothing occludes it traces none.
   return state.occlusion ? std::uint64_t(receivers) * n : 0;
 }

@@ -21,6 +21,7 @@
 #include "solve/balance.hpp"
 #include "solve/check_options.hpp"
 #include "solve/checkpoint.hpp"
+#include "solve/clip.hpp"
 #include "solve/covered.hpp"
 #include "solve/invariants.hpp"
 #include "solve/lamps.hpp"
@@ -173,6 +174,10 @@ Solution solve_bands(Device& device, const Scene& scene, const SolveOptions& opt
   state.occlusion = occlusion;
   state.interreflection = runs(effects, "interreflection");
   state.through_glass = glass && scene_needs(effects, "transmission");
+  std::unique_ptr<Clip> clip;
+  if (options.visibility_exact && occlusion && !glass)
+    clip = std::make_unique<Clip>(device, *engine, triangles);
+  state.clip = clip.get();
   state.enclosure = state.through_glass ? opened_by_glass(scene) : find_enclosure(scene);
   decide_closing(state);
   solution.report.seconds.build = since(start);
@@ -224,6 +229,12 @@ Solution solve_bands(Device& device, const Scene& scene, const SolveOptions& opt
   report.device = device.info();
   write_down_options(device, options, solution.mesh, *engine, report);
   account_energy(state, solution);
+  if (clip) report.options.emplace_back("visibility_exact", clip->account());
+  if (options.visibility_exact && glass)
+    report.warnings.emplace_back(
+        "--visibility-exact: shooters are sampled all the same, since what glass lets pass depends on the "
+        "way "
+        "through it; --without transmission makes glass opaque");
   check_invariants(state, solution);
   judge_rows(state, solution);
   warn_of_specular(state, report);

@@ -15,6 +15,7 @@
 
 namespace clrad {
 
+class Clip;
 class Glass;
 
 /// Arrays are [band][patch] or [band][vertex]; "lost" ones hold what compensated sums still owe. Radiosities and
@@ -40,6 +41,7 @@ class SolveState {
   bool through_glass = false;    ///< light reaches something by way of it
   /// Columns that a shooter has: 1, or one a band where glass is coloured. Band b takes number b % colours.
   const std::uint32_t colours;
+  Clip* clip = nullptr;          ///< where shooters are clipped (--visibility-exact), else null
   Reflectances* const textured;  ///< or null
 
   // Effects that run (clrad/effects.hpp).
@@ -60,8 +62,8 @@ class SolveState {
   RealArray vertex_irradiance, vertex_irradiance_lost;
   RealArray shot, shot_by_slot;  ///< [band][k] the shots under way; [band][slot] of a re-shoot
   Array<float> power;            ///< [patch], unshot power
-  Array<std::uint32_t> facing, chosen, active, masks;  ///< scratch of one shoot
-  RealArray factors, column;                           ///< [receiver], [colour][receiver]
+  Array<std::uint32_t> facing, chosen, active, left, masks;  ///< scratch of one shoot
+  RealArray factors, column;                                 ///< [receiver], [colour][receiver]
   /// Sum over bands and patches of area x E, and of area x H by lights, at first [W]. What is unshot is measured by it.
   double emitted_power = 0;
   /// What lights bring, where the effect "lights" runs: in vertex and patch irradiance and, reflected, in patch_emitted.

@@ -85,7 +85,10 @@ struct SolveOptions {
   std::uint32_t samples = 4;          ///< rays from a receiver to a shooter
   std::uint32_t light_samples = 256;  ///< a shooter gets more than `samples` until one sample carries no more
                                       ///< than 1/this of the emitted power
-  double converge = 1e-3;             ///< stop when unshot / emitted power is below
+  /// Clips shooters by what stands in the way instead of sampling them (kernels/solve/clip.cl): no noise of visibility. Where more
+  /// triangles than it has room for hide a part, samples it is all the same. Needs Estimator::exact, and no glass.
+  bool visibility_exact = false;
+  double converge = 1e-3;  ///< stop when unshot / emitted power is below
   std::uint64_t seed = 1;
   std::vector<Sensor> sensors;
   std::uint32_t sensor_rays =
