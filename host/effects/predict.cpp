@@ -21,9 +21,9 @@ namespace {
 // Costs in units of one form factor (the probe below), from profiles of the Cornell box, the furnace and the office
 // (`./run bench effects` prints predicted and actual side by side).
 constexpr double cost_of_factor = 1.6, cost_of_ray = 0.25, cost_of_glass = 0.5, cost_of_weighing = 0.25,
-                 cost_of_vertex = 0.9, cost_of_near_field = 0.20, cost_of_covered = 110, cost_of_triangle = 4,
-                 cost_of_band = 0.02, cost_of_sensor_ray = 2.0, cost_of_element_on_host = 3,
-                 cost_of_launch_s = 20e-6;
+                 cost_of_clip = 4, cost_of_vertex = 0.9, cost_of_near_field = 0.20, cost_of_covered = 110,
+                 cost_of_triangle = 4, cost_of_band = 0.02, cost_of_sensor_ray = 2.0,
+                 cost_of_element_on_host = 3, cost_of_launch_s = 20e-6;
 constexpr double launches_per_shoot = 16;
 // From a vertex and the middles of the two edges to each; what the error's estimate takes.
 constexpr double share_of_estimate = 0.15;
@@ -177,7 +177,8 @@ Prediction predict(Device& device, const Scene& scene, const SolveOptions& optio
   const Shoots shoots = count_shoots(scene, counts, options, reflects);
   result.shoots = shoots.direct + shoots.reflected;
   const double facing = (occlusion ? facing_share : facing_share_of_convex) * counts.vertices;
-  const double rays = occlusion ? shoots.rays_per_receiver * facing : 0;
+  const bool clips = occlusion && options.visibility_exact && !runs(effects, "transmission");
+  const double rays = occlusion && !clips ? shoots.rays_per_receiver * facing : 0;
   result.rays = rays;
   const double unit = factor_s > 0 ? factor_s : seconds_per_factor(device);
   const double real = device.options().precision == Precision::float64 ? 8 : 4;
@@ -204,9 +205,10 @@ Prediction predict(Device& device, const Scene& scene, const SolveOptions& optio
   for (const Effect& effect : effects) {
     Prediction::Part part{effect.name};
     if (effect.runs && effect.name == "occlusion") {
-      part.seconds =
-          rays * per_ray + unit * (cost_of_triangle * triangles + cost_of_covered * counts.vertices);
-      part.device_bytes = triangles * 300 + facing * 4 * std::ceil(ray_share / std::max(1.0, facing) / 32);
+      part.seconds = rays * per_ray + (clips ? result.shoots * facing * unit * cost_of_clip : 0) +
+                     unit * (cost_of_triangle * triangles + cost_of_covered * counts.vertices);
+      part.device_bytes = triangles * 300 + facing * 4 * std::ceil(ray_share / std::max(1.0, facing) / 32) +
+                          (clips ? facing * (2 * 4 * 128 / device.options().packet_width + 7 * 4 + 12) : 0);
     } else if (effect.runs && effect.name == "interreflection") {
       part.seconds = shoots.reflected * per_shoot;
       part.device_bytes = columns - real * (counts.patches + counts.vertices) * shoots.direct;

@@ -44,6 +44,7 @@ Json setting_json(const TradeoffSetting& s) {
           {"element_edge_m", o.mesh.element_edge_m},
           {"samples", o.samples},
           {"light_samples", o.light_samples},
+          {"visibility_exact", o.visibility_exact},
           {"sensor_rays", o.sensor_rays},
           {"converge", o.converge},
           {"form_factor", estimator_text(o.estimator)},
@@ -81,7 +82,7 @@ const std::vector<Look>& looks() {
       {{"patches"}, "patch size", "#d98324", 11},
       {{"elements"}, "element size", "#3f8f3f", 9},
       {{"adaptive"}, "adaptive subdivision", "#8a55a8", 13},
-      {{"samples", "light samples"}, "samples", "#2473b5", 5},
+      {{"samples", "light samples", "visibility"}, "samples, exact visibility", "#2473b5", 5},
       {{"sensor rays"}, "rays from sensors", "#20a0a0", 15},
       {{"estimator"}, "form factor disk or subdisk", "#c8362f", 15},
       {{"target"}, "--target-error 5, 1, 0.3 %", "#d6246e", 13},
@@ -231,20 +232,21 @@ std::string tradeoff_csv(const Tradeoff& t) {
   std::string csv =
       "kind,setting,seconds,rms_relative,estimate_relative,on_front,limited_by_reference,patch_edge_m,"
       "element_edge_m,"
-      "samples,light_samples,sensor_rays,converge,form_factor,adaptive,max_level,near_field,engine,precision,"
+      "samples,light_samples,sensor_rays,converge,form_factor,adaptive,max_level,near_field,visibility_exact,"
+      "engine,precision,"
       "target_error_relative,"
       "patches,"
       "elements,vertices,rays,device_peak_bytes,predicted_s\n";
   for (const TradeoffRun& r : t.runs) {
     const SolveOptions& o = r.setting.options;
     csv += fmt::format(
-        "{},{},{},{},{},{},{},{:.6g},{:.6g},{},{},{},{:g},{},{:g},{},{},{},{},{:g},{},{},{},{},{},{}\n",
+        "{},{},{},{},{},{},{},{:.6g},{:.6g},{},{},{},{:g},{},{:g},{},{},{},{},{},{:g},{},{},{},{},{},{}\n",
         r.setting.kind, csv_text(r.setting.name), csv_number(r.seconds), csv_number(r.rms_relative),
         csv_number(r.estimate_relative), int(r.on_front), int(r.limited_by_reference), o.mesh.patch_edge_m,
         o.mesh.element_edge_m, o.samples, o.light_samples, o.sensor_rays, o.converge,
-        estimator_text(o.estimator), o.adaptive.tolerance, o.adaptive.max_level, int(o.near_field), o.engine,
-        precision_text(r.setting.precision), o.target_error, r.patches, r.elements, r.vertices, r.rays,
-        r.device_peak_bytes, csv_number(r.predicted_s));
+        estimator_text(o.estimator), o.adaptive.tolerance, o.adaptive.max_level, int(o.near_field),
+        int(o.visibility_exact), o.engine, precision_text(r.setting.precision), o.target_error, r.patches,
+        r.elements, r.vertices, r.rays, r.device_peak_bytes, csv_number(r.predicted_s));
   }
   return csv;
 }

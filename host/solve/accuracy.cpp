@@ -7,6 +7,7 @@
 #include "output/displayed.hpp"
 #include "solve/check_gather.hpp"
 #include "solve/check_points.hpp"
+#include "solve/clip.hpp"
 #include "solve/seen_error.hpp"
 #include "solve/shoot.hpp"
 
@@ -315,7 +316,8 @@ void estimate_error(SolveState& state, Solution& solution, const std::vector<dou
   const Twice visible{minus(sampled, there_flat.first), minus(sampled, there_flat.second)};
   const Twice at_vertex{minus(at_vertices, there.first), minus(at_vertices, there.second)};
   const Twice everywhere{minus(shown, here.first), minus(shown, here.second)};
-  const double visibility = visible.error_square(amplification);
+  // Of shooters that were clipped it has no error, and what is measured is the check's own noise.
+  const double visibility = state.clip && state.clip->all() ? 0 : visible.error_square(amplification);
   // The near field corrects columns in proportion: with wrong form factors what it leaves is their fault, and the rest counts.
   const double shot = state.options.estimator == Estimator::exact
                           ? shooting.error_square(amplification)

@@ -6,25 +6,15 @@
 
 #include "clrad/primitives.hpp"
 #include "device/grow.hpp"
-#include "visibility/shaft.hpp"
 
 namespace clrad {
 namespace {
 
 constexpr const char *clip_kernels = "solve/clip.cl", *shaft_kernels = "visibility/shaft.cl";
 // As in the kernel files.
-constexpr std::uint32_t end_words = 7, corner_group = 32, most_listed = 64;
+constexpr std::uint32_t end_words = 7, corner_group = 32, most_listed = 128;
 
 }  // namespace
-
-Clip::Clip(Device& device, const VisibilityEngine& engine, std::span<const OccluderTriangle> triangles)
-    : device_(device), tree_(tree_of(engine, triangles)) {}
-
-const Tree& Clip::tree_of(const VisibilityEngine& engine, std::span<const OccluderTriangle> triangles) {
-  if (const auto* shaft = dynamic_cast<const ShaftEngine*>(&engine)) return shaft->tree();
-  own_ = std::make_unique<Tree>(device_, Occluders(device_, triangles));
-  return *own_;
-}
 
 std::uint32_t Clip::visible_factors(const Shooter& shooter, const PointArray& receivers,
                                     const Array<std::uint32_t>& active, std::uint32_t count,

@@ -1,7 +1,5 @@
 // What of a shooter is visible, by clipping it instead of samples (kernels/solve/clip.cl).
 #pragma once
-#include <memory>
-#include <span>
 #include <string>
 
 #include "solve/form_factor.hpp"
@@ -11,8 +9,7 @@ namespace clrad {
 
 class Clip {
  public:
-  /// Uses the tree of `engine` if it has one, else makes one of `triangles`.
-  Clip(Device& device, const VisibilityEngine& engine, std::span<const OccluderTriangle> triangles);
+  Clip(Device& device, const Tree& tree) : device_(device), tree_(tree) {}
 
   /// column[r] = form factor of the visible part of the shooter, for the chosen receivers r = active[i], i < count, but where too
   /// many triangles stand between: those are listed in `left`, and their entries stay as they are. Returns how many.
@@ -21,17 +18,16 @@ class Clip {
                                 const Array<std::uint32_t>& active, std::uint32_t count,
                                 const RealArray& factors, RealArray& column, Array<std::uint32_t>& left);
 
+  /// Nothing was left to samples so far.
+  bool all() const { return left_ == 0; }
   /// How much was clipped and how much left to samples, in a sentence.
   std::string account() const;
 
  private:
   Device& device_;
-  std::unique_ptr<Tree> own_;
   const Tree& tree_;
   Array<std::uint32_t> ends_, corners_, list_, lanes_, many_, hidden_, sampled_;
   std::uint64_t asked_ = 0, left_ = 0;
-
-  const Tree& tree_of(const VisibilityEngine& engine, std::span<const OccluderTriangle> triangles);
 };
 
 }  // namespace clrad

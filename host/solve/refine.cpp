@@ -10,6 +10,7 @@
 #include "mesh/average.hpp"
 #include "mesh/lattice.hpp"
 #include "mesh/subdivide.hpp"
+#include "mesh/touch.hpp"
 #include "solve/covered.hpp"
 #include "solve/near_field.hpp"
 #include "solve/shoot.hpp"
@@ -218,6 +219,7 @@ bool refine(SolveState& state, Solution& solution, const std::vector<OccluderTri
     subdivision = subdivide(state.device, state.scene, solution.frame, state.mesh, std::move(chosen));
   }
   const std::uint32_t first = subdivision.first_vertex;
+  if (state.tree) move_off_touched(state.device, state.scene, solution.frame, *state.tree, state.mesh, first);
   const auto overlaid = overlaid_vertices(state.scene, state.mesh, first);
   const auto covered =
       covered_vertices(state.device, state.scene, state.mesh, triangles, state.engine, overlaid, first);

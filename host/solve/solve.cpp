@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 #include <numeric>
+#include <optional>
 
 #include "clrad/effects.hpp"
 #include "clrad/solver.hpp"
@@ -13,6 +14,7 @@
 #include "mesh/average.hpp"
 #include "mesh/build.hpp"
 #include "mesh/texture.hpp"
+#include "mesh/touch.hpp"
 #include "scene/enclosure.hpp"
 #include "scene/planes.hpp"
 #include "scene/range.hpp"
@@ -35,6 +37,7 @@
 #include "solve/target.hpp"
 #include "solve/transmission.hpp"
 #include "visibility/chop.hpp"
+#include "visibility/engine_tree.hpp"
 #include "visibility/open.hpp"
 
 namespace clrad {
@@ -154,9 +157,12 @@ Solution solve_bands(Device& device, const Scene& scene, const SolveOptions& opt
 
   const bool occlusion = runs(effects, "occlusion");
   const auto engine = engine_for(device, occlusion, triangles, options);
+  std::optional<EngineTree> tree;
+  if (occlusion) tree.emplace(device, *engine, triangles);
   if (resumed) {
     resumed->read_mesh(solution);
   } else {
+    if (occlusion) move_off_touched(device, scene, solution.frame, **tree, solution.mesh);
     const auto overlaid = overlaid_vertices(scene, solution.mesh);
     if (occlusion)
       solution.vertex_covered = covered_vertices(device, scene, solution.mesh, triangles, *engine, overlaid);
@@ -174,10 +180,10 @@ Solution solve_bands(Device& device, const Scene& scene, const SolveOptions& opt
   state.occlusion = occlusion;
   state.interreflection = runs(effects, "interreflection");
   state.through_glass = glass && scene_needs(effects, "transmission");
-  std::unique_ptr<Clip> clip;
-  if (options.visibility_exact && occlusion && !glass)
-    clip = std::make_unique<Clip>(device, *engine, triangles);
-  state.clip = clip.get();
+  std::optional<Clip> clip;
+  if (options.visibility_exact && occlusion && !glass) clip.emplace(device, **tree);
+  state.tree = occlusion ? &**tree : nullptr;
+  state.clip = clip ? &*clip : nullptr;
   state.enclosure = state.through_glass ? opened_by_glass(scene) : find_enclosure(scene);
   decide_closing(state);
   solution.report.seconds.build = since(start);

@@ -17,6 +17,7 @@ namespace clrad {
 
 class Clip;
 class Glass;
+struct Tree;
 
 /// Arrays are [band][patch] or [band][vertex]; "lost" ones hold what compensated sums still owe. Radiosities and
 /// irradiances in W/m^2.
@@ -41,6 +42,7 @@ class SolveState {
   bool through_glass = false;    ///< light reaches something by way of it
   /// Columns that a shooter has: 1, or one a band where glass is coloured. Band b takes number b % colours.
   const std::uint32_t colours;
+  const Tree* tree = nullptr;    ///< of what may stand in the way; null: nothing
   Clip* clip = nullptr;          ///< where shooters are clipped (--visibility-exact), else null
   Reflectances* const textured;  ///< or null
 

@@ -224,10 +224,10 @@ class Measurement {
     const std::vector<Effect> effects = plan_effects(scene_, o);
     const MeshCounts mesh = count_mesh(scene_, o.mesh);
     const bool rays = runs(effects, "occlusion") || o.estimator != Estimator::exact;
-    return fmt::format("{} {} {} {} {} {} {} {} {} {} {}", mesh.patches, mesh.elements, rays ? o.samples : 0,
-                       rays ? o.light_samples : 0, o.converge, int(o.estimator),
+    return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {}", mesh.patches, mesh.elements,
+                       rays ? o.samples : 0, rays ? o.light_samples : 0, o.converge, int(o.estimator),
                        runs(effects, "subdivision") ? o.adaptive.tolerance : 0, runs(effects, "near_field"),
-                       rays ? o.engine : "", int(setting.precision),
+                       rays ? o.engine : "", rays && o.visibility_exact, int(setting.precision),
                        o.sensors.empty() || !rays ? 0 : o.sensor_rays);
   }
 

@@ -38,8 +38,9 @@ bool Runner::tell(const std::string& what, double pending_s, double unshot) {
 // Compiles the kernels that the setting takes by solving it on a mesh of a few patches.
 void Runner::warm_up(const TradeoffSetting& setting) {
   const SolveOptions& o = setting.options;
-  const std::string key = fmt::format("{} {} {} {} {} {}", int(setting.precision), o.engine, int(o.estimator),
-                                      o.adaptive.tolerance > 0, o.near_field, o.sensors.empty());
+  const std::string key =
+      fmt::format("{} {} {} {} {} {} {}", int(setting.precision), o.engine, int(o.estimator),
+                  o.visibility_exact, o.adaptive.tolerance > 0, o.near_field, o.sensors.empty());
   if (!warm_.insert(key).second) return;
   SolveOptions coarse = o;
   coarse.mesh = {extent_m_ / 2, extent_m_ / 8};

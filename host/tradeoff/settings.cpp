@@ -64,6 +64,7 @@ std::vector<TradeoffSetting> variations_of(const TradeoffSetting& middle, double
     if (n != m.samples) add("samples", fmt::format("samples {}", n)).samples = n;
   for (const std::uint32_t n : {m.light_samples / 4, m.light_samples * 4, m.light_samples * 16})
     if (n > 0) add("light samples", fmt::format("light samples {}", n)).light_samples = n;
+  if (!m.visibility_exact) add("visibility", "visibility exact").visibility_exact = true;
   for (const double factor : {4.0, 2.0, 0.5}) {
     const double edge = short_length(m.mesh.element_edge_m * factor);
     if (edge > m.mesh.patch_edge_m) continue;
@@ -84,9 +85,9 @@ std::vector<TradeoffSetting> variations_of(const TradeoffSetting& middle, double
     if (eps != m.converge) add("convergence", fmt::format("converge {:g}", eps)).converge = eps;
   for (const std::uint32_t n : {m.samples, 4 * m.samples, 16 * m.samples}) {
     SolveOptions& o = add("estimator", fmt::format("disk, samples {}", n));
-    o.estimator = Estimator::disk, o.samples = n;
+    o.estimator = Estimator::disk, o.samples = n, o.visibility_exact = false;
     SolveOptions& w = add("estimator", fmt::format("subdisk, samples {}", n));
-    w.estimator = Estimator::subdisk, w.samples = n;
+    w.estimator = Estimator::subdisk, w.samples = n, w.visibility_exact = false;
   }
   add("near field", "no near field").near_field = false;
   const bool in_double = middle.precision == Precision::float64;
@@ -141,6 +142,7 @@ std::string solve_arguments(const TradeoffSetting& setting, bool with_sensors) {
       fmt::format("--patch-edge {:.4g} --element-edge {:.4g} --samples {} --light-samples {} --converge {:g}",
                   o.mesh.patch_edge_m, o.mesh.element_edge_m, o.samples, o.light_samples, o.converge);
   if (with_sensors) text += fmt::format(" --sensor-rays {}", o.sensor_rays);
+  if (o.visibility_exact) text += " --visibility-exact";
   if (o.estimator != Estimator::exact)
     text += fmt::format(" --form-factor {}", o.estimator == Estimator::disk ? "disk" : "subdisk");
   if (o.adaptive.tolerance > 0)

@@ -18,7 +18,7 @@
 #include "shared/pieces.cl"
 #include "shared/question.cl"
 
-#define MOST_LISTED 64           /* triangles that hide a part of the shooter from some receiver of a packet */
+#define MOST_LISTED 128          /* triangles that hide a part of the shooter from some receiver of a packet */
 #define TOO_MANY CLRAD_NONE      /* many[packet]: more than that */
 #define SHOOTER_CORNERS 4        /* a triangle's last one stands twice */
 #define PIECE_CORNERS 12         /* of a piece, at most */
