@@ -236,6 +236,7 @@ RealArray near_field(SolveState& state, const Solution& solution, std::uint32_t 
     any_gains = RealArray(state.device, near.size(), "near field of a patch");
     any_touched = Array<std::uint32_t>(state.device, state.vertices / NearBalance::block() + 1,
                                        "near field of a patch");
+    any_touched.fill_zero();  // the kernel's exchange reads what was there
   }
   RealArray& gains = balance ? balance->gains() : any_gains;
   Array<std::uint32_t>& touched = balance ? balance->touched() : any_touched;
