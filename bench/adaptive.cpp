@@ -1,6 +1,6 @@
 /// What adaptive subdivision saves: error of the displayed radiosity at random points of the surfaces, of uniform and of
 /// adaptive meshes, against a uniform mesh two levels finer than the finest of them. Usage: bench_adaptive [-o FILE]
-/// [--scene FILE] [--quick] [--patches N] [--coarse N] [--levels N] [--samples N] [--light-samples N] [--tolerance T ...]
+/// [--scene FILE] [--quick] [--patches N] [--coarse N] [--levels N] [--samples N] [--light-samples N] [--visibility-exact] [--tolerance T ...]
 /// [--points CSV (first band at each point)]
 #include <fmt/format.h>
 
@@ -112,6 +112,8 @@ int main(int argc, char** argv) {
       options.samples = unsigned(std::atoi(value()));
     else if (a == "--light-samples")
       options.light_samples = unsigned(std::atoi(value()));
+    else if (a == "--visibility-exact")
+      options.visibility_exact = true;
     else if (a == "--scene")
       file = value();
     else if (a == "-o")

@@ -81,14 +81,14 @@ std::uint32_t compact(Device& device, const cl::Buffer& flags, std::uint64_t n, 
 }
 
 void compact_on_device(Device& device, const cl::Buffer& flags, std::uint64_t n, const cl::Buffer& indices,
-                       const cl::Buffer& count) {
-  check_buffer("compact_on_device", "count", count, 2);
+                       const cl::Buffer& count, std::uint64_t count_at) {
+  check_buffer("compact_on_device", "count", count, 2 + count_at / 4);
   if (n == 0) {
-    device.fill_bytes(count, 0, 8);
+    device.fill_bytes(count, 0, 8, count_at);
     return;
   }
   const std::uint64_t at = compact_passes(device, flags, n, indices);
-  device.copy(scan_scratch(device).buffer(), count, 8, at * 8, 0);
+  device.copy(scan_scratch(device).buffer(), count, 8, at * 8, count_at);
 }
 
 }  // namespace clrad

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 
-#include "clrad/primitives.hpp"
 #include "device/grow.hpp"
 
 namespace clrad {
@@ -16,10 +15,10 @@ constexpr std::uint32_t end_words = 7, corner_group = 32, most_listed = 128;
 
 }  // namespace
 
-std::uint32_t Clip::visible_factors(const Shooter& shooter, const PointArray& receivers,
-                                    const Array<std::uint32_t>& active, std::uint32_t count,
-                                    const RealArray& factors, RealArray& column, Array<std::uint32_t>& left) {
-  if (count == 0) return 0;
+void Clip::visible_factors(const Shooter& shooter, const PointArray& receivers,
+                           const Array<std::uint32_t>& active, std::uint32_t count, const RealArray& factors,
+                           RealArray& column, Array<std::uint32_t>& sampled) {
+  if (count == 0) return;
   const unsigned width = device_.options().packet_width;
   const std::uint32_t packets = (count + width - 1) / width;
   grow(ends_, device_, std::uint64_t(packets) * width * end_words, "ends of segments");
@@ -28,8 +27,6 @@ std::uint32_t Clip::visible_factors(const Shooter& shooter, const PointArray& re
   grow(lanes_, device_, std::uint64_t(packets) * most_listed, "triangles that hide a part");
   grow(many_, device_, packets, "triangles that hide a part");
   grow(hidden_, device_, count, "hidden receivers");
-  grow(sampled_, device_, count, "receivers left to samples");
-  grow(left, device_, count, "receivers left to samples");
   std::vector<Point> points;
   for (std::uint32_t k = 0; k < 4; ++k)
     points.push_back(
@@ -44,11 +41,7 @@ std::uint32_t Clip::visible_factors(const Shooter& shooter, const PointArray& re
                     tree_.nodes, tree_.triangles, tree_.facets, list_, lanes_, many_, hidden_);
   const RealArray record(device_, shooter_record(shooter), "shooter");
   device_.run(clip_kernels, "clip_factors", count, record, receivers, active, factors, list_, lanes_, many_,
-              hidden_, tree_.triangles, column, sampled_, count);
-  const std::uint32_t rest = compact(device_, sampled_.buffer(), count, left.buffer());
-  device_.run("solve/emit.cl", "receivers_at", rest, left, active, rest);
-  asked_ += count, left_ += rest;
-  return rest;
+              hidden_, tree_.triangles, column, sampled, count);
 }
 
 std::string Clip::account() const {

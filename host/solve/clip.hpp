@@ -12,12 +12,14 @@ class Clip {
   Clip(Device& device, const Tree& tree) : device_(device), tree_(tree) {}
 
   /// column[r] = form factor of the visible part of the shooter, for the chosen receivers r = active[i], i < count, but where too
-  /// many triangles stand between: those are listed in `left`, and their entries stay as they are. Returns how many.
+  /// many triangles stand between: sampled[i] is 1 for those and 0 for others, and their entries stay as they are.
   /// factors[i]: of the whole shooter. Errors: rounding alone, some 1e-5 of a factor in float and 1e-9 in double.
-  std::uint32_t visible_factors(const Shooter& shooter, const PointArray& receivers,
-                                const Array<std::uint32_t>& active, std::uint32_t count,
-                                const RealArray& factors, RealArray& column, Array<std::uint32_t>& left);
+  void visible_factors(const Shooter& shooter, const PointArray& receivers,
+                       const Array<std::uint32_t>& active, std::uint32_t count, const RealArray& factors,
+                       RealArray& column, Array<std::uint32_t>& sampled);
 
+  /// For the account: of so many pairs so many were left to samples.
+  void note(std::uint64_t asked, std::uint64_t left) { asked_ += asked, left_ += left; }
   /// Nothing was left to samples so far.
   bool all() const { return left_ == 0; }
   /// How much was clipped and how much left to samples, in a sentence.
@@ -26,7 +28,7 @@ class Clip {
  private:
   Device& device_;
   const Tree& tree_;
-  Array<std::uint32_t> ends_, corners_, list_, lanes_, many_, hidden_, sampled_;
+  Array<std::uint32_t> ends_, corners_, list_, lanes_, many_, hidden_;
   std::uint64_t asked_ = 0, left_ = 0;
 };
 

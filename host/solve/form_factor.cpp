@@ -193,45 +193,46 @@ void unoccluded_factors(Device& device, Estimator estimator, const Shooter& shoo
   launch_factors(device, estimator, shooter, receivers, &active, count, samples, n, column, 1);
 }
 
-void visible_factors(Device& device, VisibilityEngine& engine, Estimator estimator, const Shooter& shooter,
-                     const PointArray& receivers, const Array<std::uint32_t>* active, std::uint32_t count,
-                     const PointArray& samples, std::uint32_t n, const Array<std::uint32_t>& masks,
-                     const RealArray& factors, RealArray& column, const Glass* glass) {
+void visible_factors(Device& device, Estimator estimator, const Shooter& shooter, const PointArray& receivers,
+                     const Array<std::uint32_t>* active, std::uint32_t count, const PointArray& samples,
+                     std::uint32_t n, const Array<std::uint32_t>& masks, const RealArray& factors,
+                     RealArray& column, const Glass* glass, Array<std::uint32_t>& undecided) {
   if (count == 0) return;
   const RealArray record = on_device(device, shooter);
   const cl::Buffer& list = list_of(active, receivers);
   const std::uint32_t chosen = active != nullptr, colours = glass ? glass->colours() : 1;
   const std::uint64_t stride = column.size() / colours;
   const bool exact = estimator == Estimator::exact;
-  Array<std::uint32_t> flags, undecided;
-  if (exact) {
-    flags = Array<std::uint32_t>(device, count, "undecided receivers");
-    undecided = Array<std::uint32_t>(device, count, "undecided receivers");
-  }
   // Of receivers first .. end - 1 in one colour. Without glass nothing reads `passes`.
   const auto weigh = [&](const RealArray& passes, std::uint64_t passes_at, std::uint32_t colour,
                          std::uint32_t first, std::uint32_t end) {
     const std::uint32_t by_glass = glass != nullptr;
     if (exact)
       run_packets(device, "visible_factors", end - first, record, receivers, list, chosen, samples, n, masks,
-                  factors, by_glass, passes, passes_at, column, colour * stride, flags, first, end);
+                  factors, by_glass, passes, passes_at, column, colour * stride, undecided, first, end);
     else
       device.run(form_factor_kernels, "disk_factors", end - first, record, shooter.plane, receivers, list,
                  chosen, samples, n, Real{disk_area(estimator, shooter, n)}, masks, 1u, by_glass, passes,
                  passes_at, column, colour * stride, 1u, first, end);
   };
-  if (glass) {
-    const Segments rays{&receivers, active, count, &samples, n};
-    glass->pass(rays, masks, [&](const RealArray& passes, std::uint32_t first, std::uint32_t end) {
-      for (std::uint32_t c = 0; c < colours; ++c)
-        weigh(passes, std::uint64_t(c) * (end - first) * n, c, first, end);
-    });
-  } else {
-    weigh(factors, 0, 0, 0, count);
-  }
-  if (!exact) return;
-  const std::uint32_t late = compact(device, flags.buffer(), count, undecided.buffer());
+  if (!exact) device.fill_bytes(undecided.buffer(), 0, std::uint64_t(count) * 4);
+  if (!glass) return weigh(factors, 0, 0, 0, count);
+  const Segments rays{&receivers, active, count, &samples, n};
+  glass->pass(rays, masks, [&](const RealArray& passes, std::uint32_t first, std::uint32_t end) {
+    for (std::uint32_t c = 0; c < colours; ++c)
+      weigh(passes, std::uint64_t(c) * (end - first) * n, c, first, end);
+  });
+}
+
+void decide_undecided(Device& device, VisibilityEngine& engine, const Shooter& shooter,
+                      const PointArray& receivers, const Array<std::uint32_t>* active,
+                      const Array<std::uint32_t>& undecided, std::uint32_t late, const RealArray& factors,
+                      RealArray& column, const Glass* glass) {
   if (late == 0) return;
+  const RealArray record = on_device(device, shooter);
+  const cl::Buffer& list = list_of(active, receivers);
+  const std::uint32_t chosen = active != nullptr, colours = glass ? glass->colours() : 1;
+  const std::uint64_t stride = column.size() / colours;
   PointArray origins(device, late, "undecided receivers"), ends(device, late, "undecided receivers");
   Array<std::uint32_t> late_masks(device, late, "undecided receivers");
   device.run(form_factor_kernels, "aim_undecided", late, record, shooter.plane, receivers, list, chosen,
@@ -243,6 +244,20 @@ void visible_factors(Device& device, VisibilityEngine& engine, Estimator estimat
     device.run(form_factor_kernels, "decide", late, list, chosen, undecided, late_masks, factors,
                std::uint32_t(glass != nullptr), glass ? passes : factors, std::uint64_t(c) * late, column,
                c * stride, late);
+}
+
+void visible_factors(Device& device, VisibilityEngine& engine, Estimator estimator, const Shooter& shooter,
+                     const PointArray& receivers, const Array<std::uint32_t>* active, std::uint32_t count,
+                     const PointArray& samples, std::uint32_t n, const Array<std::uint32_t>& masks,
+                     const RealArray& factors, RealArray& column, const Glass* glass) {
+  if (count == 0) return;
+  Array<std::uint32_t> flags(device, count, "undecided receivers"),
+      undecided(device, count, "undecided receivers");
+  visible_factors(device, estimator, shooter, receivers, active, count, samples, n, masks, factors, column,
+                  glass, flags);
+  if (estimator != Estimator::exact) return;
+  const std::uint32_t late = compact(device, flags.buffer(), count, undecided.buffer());
+  decide_undecided(device, engine, shooter, receivers, active, undecided, late, factors, column, glass);
 }
 
 }  // namespace clrad

@@ -67,4 +67,15 @@ void visible_factors(Device& device, VisibilityEngine& engine, Estimator estimat
                      const PointArray& samples, std::uint32_t n, const Array<std::uint32_t>& masks,
                      const RealArray& factors, RealArray& column, const Glass* glass = nullptr);
 
+/// The same in two steps, so that the host need not wait in between: first all but those that no sample tells of, undecided[i] = 1 for
+/// i < count (0 for the sampled estimators); then these, `late` of them, whose places i are listed in `undecided`.
+void visible_factors(Device& device, Estimator estimator, const Shooter& shooter, const PointArray& receivers,
+                     const Array<std::uint32_t>* active, std::uint32_t count, const PointArray& samples,
+                     std::uint32_t n, const Array<std::uint32_t>& masks, const RealArray& factors,
+                     RealArray& column, const Glass* glass, Array<std::uint32_t>& undecided);
+void decide_undecided(Device& device, VisibilityEngine& engine, const Shooter& shooter,
+                      const PointArray& receivers, const Array<std::uint32_t>* active,
+                      const Array<std::uint32_t>& undecided, std::uint32_t late, const RealArray& factors,
+                      RealArray& column, const Glass* glass);
+
 }  // namespace clrad

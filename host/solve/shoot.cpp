@@ -1,106 +1,19 @@
 #include "solve/shoot.hpp"
 
-#include "clrad/primitives.hpp"
+#include <algorithm>
+
 #include "device/grow.hpp"
-#include "solve/clip.hpp"
-#include "solve/shooter.hpp"
+#include "solve/trace.hpp"
 
 namespace clrad {
 namespace {
 
-constexpr const char *deliver = "solve/deliver.cl", *emission = "solve/emit.cl";
+constexpr const char* deliver = "solve/deliver.cl";
 
-// Which receivers from `first` on the shooter's rays go to: state.active, and how many. `also` drops some more of the flags.
-std::uint32_t emit(SolveState& state, const Shooter& shooter, std::uint32_t first,
-                   const std::function<void(Array<std::uint32_t>&)>& also) {
-  const auto stage = state.device.stage("emit rays to the receivers that face the shooter");
-  const std::uint32_t count = state.vertices - first;
-  facing(state.device, shooter, state.receivers, first, count, state.facing);
-  if (also) also(state.facing);
-  state.device.run(emission, "choose", state.vertices, state.facing, state.covered, state.order, first,
-                   state.vertices, state.chosen);
-  const std::uint32_t receivers =
-      compact(state.device, state.chosen.buffer(), state.vertices, state.active.buffer());
-  state.device.run(emission, "receivers_at", receivers, state.active, state.order, receivers);
-  return receivers;
-}
-
-void find_occluded(SolveState& state, const PointArray& samples, std::uint32_t n,
-                   const Array<std::uint32_t>& active, std::uint32_t receivers) {
-  const auto stage = state.device.stage("find which rays are occluded");
-  const Segments rays{&state.receivers, &active, receivers, &samples, n};
-  grow(state.masks, state.device, std::uint64_t(receivers) * rays.words_per_origin(), "visibility masks");
-  state.engine.occluded(rays, state.masks);
-}
-
-// column = form factor x visible fraction (x what glass lets pass) at the receivers `active`.
-void weigh(SolveState& state, const Shooter& shooter, const PointArray& samples, std::uint32_t n,
-           const Array<std::uint32_t>& active, std::uint32_t receivers, RealArray& column) {
-  const auto stage = state.device.stage("weigh form factors by what is visible");
-  form_factors(state.device, state.options.estimator, shooter, state.receivers, &active, receivers, samples,
-               n, state.factors);
-  visible_factors(state.device, state.engine, state.options.estimator, shooter, state.receivers, &active,
-                  receivers, samples, n, state.masks, state.factors, column, state.glass);
-}
-
-// column = form factor of the visible part, at the active receivers but those that end up in state.left. Returns how many.
-std::uint32_t clip(SolveState& state, const Shooter& shooter, std::uint32_t receivers, RealArray& column) {
-  const auto stage = state.device.stage("clip shooters to what is visible");
-  form_factors(state.device, state.options.estimator, shooter, state.receivers, &state.active, receivers,
-               state.receivers, 0, state.factors);
-  return state.clip->visible_factors(shooter, state.receivers, state.active, receivers, state.factors, column,
-                                     state.left);
-}
-
-// 0 at every receiver from `first` on.
-void clear(SolveState& state, std::uint32_t first, RealArray& column) {
-  const auto stage = state.device.stage("weigh form factors by what is visible");
-  const std::uint64_t real = column.bytes() / column.size();
-  for (std::uint32_t c = 0; c < state.colours; ++c)
-    state.device.fill_bytes(column.buffer(), 0, (state.vertices - first) * real,
-                            (std::uint64_t(c) * state.vertices + first) * real);
-}
-
-// The same where nothing can stand between.
-void weigh_unoccluded(SolveState& state, const Shooter& shooter, const PointArray* samples, std::uint32_t n,
-                      std::uint32_t receivers, std::uint32_t first, RealArray& column) {
-  const auto stage = state.device.stage("weigh form factors where nothing is hidden");
-  const std::uint64_t real = column.bytes() / column.size();
-  state.device.fill_bytes(column.buffer(), 0, (state.vertices - first) * real, first * real);
-  unoccluded_factors(state.device, state.options.estimator, shooter, state.receivers, state.active, receivers,
-                     samples, n, column);
-}
-
-// The column of one patch at the receivers from `first` on, from nothing. Returns the rays it took.
 std::uint64_t trace_column(SolveState& state, std::uint32_t patch, std::uint32_t first, RealArray& column,
-                           const std::function<void(Array<std::uint32_t>&)>& also = nullptr) {
-  const Shooter shooter = shooter_of(state.scene, state.mesh, patch, state.metres_per_unit);
-  const std::uint32_t n = samples_of(state, patch);
-  const bool in_the_way = state.occlusion || state.glass;
-  const bool sampled = in_the_way || state.options.estimator != Estimator::exact;
-  const auto made = [&] {
-    return PointArray(state.device, samples_on(shooter, patch, n, state.options.seed),
-                      "samples on the shooter");
-  };
-  PointArray samples;
-  if (sampled && !state.clip) samples = made();
-  std::uint32_t receivers = emit(state, shooter, first, also);
-  if (!in_the_way) {
-    weigh_unoccluded(state, shooter, sampled ? &samples : nullptr, n, receivers, first, column);
-    return 0;
-  }
-  clear(state, first, column);
-  const Array<std::uint32_t>* active = &state.active;
-  if (state.clip) {
-    receivers = clip(state, shooter, receivers, column);
-    if (receivers == 0) return 0;
-    active = &state.left;
-    samples = made();
-  }
-  find_occluded(state, samples, n, *active, receivers);
-  weigh(state, shooter, samples, n, *active, receivers, column);
-  // What the engine counts, without the wait that asking it costs; where nothing occludes it traces none.
-  return state.occlusion ? std::uint64_t(receivers) * n : 0;
+                           const DropFlags& also = nullptr) {
+  const ColumnTask task{patch, &column};
+  return trace_columns(state, {&task, 1}, first, also);
 }
 
 void deliver_to_vertices(SolveState& state, const RealArray& column, const RealArray& shot,
@@ -217,14 +130,21 @@ void deliver_column(SolveState& state, const RealArray& column, const RealArray&
 }
 
 std::uint64_t shoot_to_new(SolveState& state, std::uint32_t first) {
+  const auto slots = std::uint32_t(state.patch_of_slot.size());
+  const std::uint32_t at_once = columns_at_once(state, first);
   std::uint64_t rays = 0;
-  for (std::uint32_t slot = 0; slot < state.patch_of_slot.size(); ++slot) {
-    const std::uint32_t patch = state.patch_of_slot[slot];
-    RealArray& column = state.extend_column(slot);
-    rays += trace_column(state, patch, first, column);
-    add_to_row_sums(state, column, first);
-    deliver_to_vertices(state, column, state.total_shot, state.patches, patch, first);
-    gather_column(state, column, slot);
+  for (std::uint32_t begin = 0; begin < slots; begin += at_once) {
+    const std::uint32_t end = std::min(begin + at_once, slots);
+    std::vector<ColumnTask> tasks;
+    for (std::uint32_t slot = begin; slot < end; ++slot)
+      tasks.push_back({state.patch_of_slot[slot], &state.extend_column(slot)});
+    rays += trace_columns(state, tasks, first);
+    for (std::uint32_t slot = begin; slot < end; ++slot) {
+      const RealArray& column = *tasks[slot - begin].column;
+      add_to_row_sums(state, column, first);
+      deliver_to_vertices(state, column, state.total_shot, state.patches, state.patch_of_slot[slot], first);
+      gather_column(state, column, slot);
+    }
   }
   return rays;
 }

@@ -72,8 +72,6 @@ void SolveState::take_mesh() {
   rows_of_slots = 0xffffffffu;
   facing = Array<std::uint32_t>(device, vertices, "facing flags");
   chosen = Array<std::uint32_t>(device, vertices, "chosen flags");
-  active = Array<std::uint32_t>(device, vertices, "active receivers");
-  factors = RealArray(device, vertices, "form factors");
   column = RealArray(device, std::uint64_t(colours) * vertices, "a column");
   exposed = exposed_shares(mesh, covered_on_host);
   if (textured) *textured = average_textures(device, scene, mesh, covered_on_host);
@@ -148,7 +146,6 @@ RealArray& SolveState::extend_column(std::uint32_t slot) {
   const std::uint64_t before = kept->bytes() / colours, after = grown->bytes() / colours;
   for (std::uint32_t c = 0; c < colours; ++c)
     device.copy(kept->buffer(), grown->buffer(), before, c * before, c * after);
-  device.finish();
   column_bytes += grown->bytes() - kept->bytes();
   kept = std::move(grown);
   return *kept;

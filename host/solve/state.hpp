@@ -19,6 +19,12 @@ class Clip;
 class Glass;
 struct Tree;
 
+/// What a column that is traced keeps until the device has answered.
+struct ColumnScratch {
+  Array<std::uint32_t> active, rest;  ///< receivers in front; those of them that are not done yet
+  RealArray factors;                  ///< by place in active
+};
+
 /// Arrays are [band][patch] or [band][vertex]; "lost" ones hold what compensated sums still owe. Radiosities and
 /// irradiances in W/m^2.
 class SolveState {
@@ -62,10 +68,12 @@ class SolveState {
   RealArray total_shot, total_shot_lo,  ///< ever shot, as hi + lo
       pending;                          ///< shot but not yet delivered to the vertices
   RealArray vertex_irradiance, vertex_irradiance_lost;
-  RealArray shot, shot_by_slot;  ///< [band][k] the shots under way; [band][slot] of a re-shoot
-  Array<float> power;            ///< [patch], unshot power
-  Array<std::uint32_t> facing, chosen, active, left, masks;  ///< scratch of one shoot
-  RealArray factors, column;                                 ///< [receiver], [colour][receiver]
+  RealArray shot, shot_by_slot;                ///< [band][k] the shots under way; [band][slot] of a re-shoot
+  Array<float> power;                          ///< [patch], unshot power
+  Array<std::uint32_t> facing, chosen, masks;  ///< scratch of one shoot
+  std::vector<ColumnScratch> scratch;          ///< of columns that are traced together
+  Array<std::uint32_t> counts;                 ///< two words each
+  RealArray column;                            ///< [colour][receiver]
   /// Sum over bands and patches of area x E, and of area x H by lights, at first [W]. What is unshot is measured by it.
   double emitted_power = 0;
   /// What lights bring, where the effect "lights" runs: in vertex and patch irradiance and, reflected, in patch_emitted.

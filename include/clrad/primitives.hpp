@@ -76,9 +76,9 @@ void allocate_offsets_into(Device&, const cl::Buffer& counts, std::uint64_t n, A
 
 /// The indices i with flags[i] != 0, ascending. Returns how many; `indices` needs room for n (at least 1) values.
 std::uint32_t compact(Device&, const cl::Buffer& flags, std::uint64_t n, const cl::Buffer& indices);
-/// The same with nothing read by the host: count gets how many as a ulong (8 bytes).
+/// The same with nothing read by the host: count gets how many as a ulong (8 bytes), `count_at` bytes from its beginning.
 void compact_on_device(Device&, const cl::Buffer& flags, std::uint64_t n, const cl::Buffer& indices,
-                       const cl::Buffer& count);
+                       const cl::Buffer& count, std::uint64_t count_at = 0);
 
 /// Stable ascending sort of (key, value) pairs of uint32, in place, by the low key_bits bits of the keys.
 void radix_sort(Device&, const cl::Buffer& keys, const cl::Buffer& values, std::uint64_t n,

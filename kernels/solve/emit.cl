@@ -15,3 +15,9 @@ __kernel void receivers_at(__global uint* active, __global const uint* order, ui
   const uint i = get_global_id(0);
   if (i < count) active[i] = order[active[i]];
 }
+
+/* chosen[i]: whether receiver order[i] is one of those from `first` on. */
+__kernel void newer(__global const uint* order, uint first, uint receivers, __global uint* chosen) {
+  const uint i = get_global_id(0);
+  if (i < receivers) chosen[i] = order[i] >= first;
+}
