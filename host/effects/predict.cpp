@@ -208,7 +208,7 @@ Prediction predict(Device& device, const Scene& scene, const SolveOptions& optio
       part.seconds = rays * per_ray + (clips ? result.shoots * facing * unit * cost_of_clip : 0) +
                      unit * (cost_of_triangle * triangles + cost_of_covered * counts.vertices);
       part.device_bytes = triangles * 300 + facing * 4 * std::ceil(ray_share / std::max(1.0, facing) / 32) +
-                          (clips ? facing * (2 * 4 * 128 / device.options().packet_width + 7 * 4 + 12) : 0);
+                          (clips ? facing * (2.0 * 4 * 128 / device.options().packet_width + 7 * 4 + 12) : 0);
     } else if (effect.runs && effect.name == "interreflection") {
       part.seconds = shoots.reflected * per_shoot;
       part.device_bytes = columns - real * (counts.patches + counts.vertices) * shoots.direct;
