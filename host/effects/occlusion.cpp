@@ -113,7 +113,9 @@ Effect plan_occlusion(const Scene& scene, const SolveOptions& options) {
   Effect effect;
   effect.stages = {"build the grid",
                    "build the tree of occluders",
+                   "move vertices off what they touch",
                    "find which rays are occluded",
+                   "clip shooters to what is visible",
                    "clip rays to the grid",
                    "chop rays along x",
                    "chop rays along y",

@@ -316,8 +316,8 @@ void estimate_error(SolveState& state, Solution& solution, const std::vector<dou
   const Twice visible{minus(sampled, there_flat.first), minus(sampled, there_flat.second)};
   const Twice at_vertex{minus(at_vertices, there.first), minus(at_vertices, there.second)};
   const Twice everywhere{minus(shown, here.first), minus(shown, here.second)};
-  // Of shooters that were clipped it has no error, and what is measured is the check's own noise.
-  const double visibility = state.clip && state.clip->all() ? 0 : visible.error_square(amplification);
+  // Where shooters were clipped it has no error, and what is measured is the check's own noise.
+  const double visibility = visible.error_square(amplification) * (state.clip ? state.clip->share_left() : 1);
   // The near field corrects columns in proportion: with wrong form factors what it leaves is their fault, and the rest counts.
   const double shot = state.options.estimator == Estimator::exact
                           ? shooting.error_square(amplification)

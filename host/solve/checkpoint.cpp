@@ -8,6 +8,7 @@
 
 #include "clrad/device.hpp"
 #include "output/archive_parts.hpp"
+#include "solve/clip.hpp"
 #include "solve/sensor.hpp"
 #include "version.hpp"
 
@@ -155,6 +156,8 @@ void write_checkpoint(const std::string& path, Run& run) {
                                {"pieces", counts.pieces},
                                {"candidates", counts.candidates},
                                {"exact", counts.exact},
+                               {"clip_asked", state.clip ? state.clip->asked() : 0},
+                               {"clip_left", state.clip ? state.clip->left() : 0},
                                {"refinements", refinement.refinements},
                                {"elements_split", refinement.elements_split},
                                {"vertices_added", refinement.vertices_added},
@@ -242,6 +245,7 @@ CheckpointNumbers Checkpoint::read_numbers(std::uint32_t bands, std::uint32_t ve
   number("seconds", n.seconds);
   number("rays", n.rays), number("pieces", n.pieces);
   number("candidates", n.candidates), number("exact", n.exact);
+  number("clip_asked", n.clip_asked), number("clip_left", n.clip_left);
   number("refinements", n.refinements), number("elements_split", n.elements_split);
   number("vertices_added", n.vertices_added), number("refinement_rays", n.refinement_rays);
 
@@ -269,6 +273,7 @@ void Checkpoint::read_state(Run& run) {
   run.seconds_before = n.seconds;
   run.counts_before.rays = n.rays, run.counts_before.pieces = n.pieces;
   run.counts_before.candidates = n.candidates, run.counts_before.exact = n.exact;
+  if (state.clip) state.clip->note(n.clip_asked, n.clip_left);
   auto& refinement = run.solution.report.refinement;
   refinement.refinements = n.refinements, refinement.elements_split = n.elements_split;
   refinement.vertices_added = n.vertices_added, refinement.rays = n.refinement_rays;

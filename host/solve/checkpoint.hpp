@@ -16,6 +16,7 @@ void write_checkpoint(const std::string& path, Run& run);
 /// The part of a checkpoint that stays on the host.
 struct CheckpointNumbers {
   std::uint64_t shoots = 0, reshoots = 0, rays = 0, pieces = 0, candidates = 0, exact = 0;
+  std::uint64_t clip_asked = 0, clip_left = 0;
   std::uint64_t elements_split = 0, vertices_added = 0, refinement_rays = 0, column_budget_bytes = 0;
   std::uint32_t shoots_since_refined = 0, refinements = 0, balanced = 0, stalls = 0;
   double emitted_power = 0, unshot_before_sweep = 0, seconds = 0;

@@ -41,14 +41,15 @@ void Clip::visible_factors(const Shooter& shooter, const PointArray& receivers,
                     tree_.nodes, tree_.triangles, tree_.facets, list_, lanes_, many_, hidden_);
   const RealArray record(device_, shooter_record(shooter), "shooter");
   device_.run(clip_kernels, "clip_factors", count, record, receivers, active, factors, list_, lanes_, many_,
-              hidden_, tree_.triangles, column, sampled, count);
+              hidden_, tree_.triangles, tree_.facets, column, sampled, count);
 }
 
 std::string Clip::account() const {
   return fmt::format(
-      "{} of {} pairs of receiver and shooter clipped ({:.4g} %); the others, where more than "
-      "{} triangles hide a part from a packet of receivers, were sampled",
-      asked_ - left_, asked_, asked_ ? 100 * (1 - double(left_) / double(asked_)) : 100.0, most_listed);
+      "{} of {} pairs of receiver and shooter clipped; {} sampled, where more than {} triangles hide a part "
+      "from a "
+      "packet of receivers, or pieces found no room, or a triangle touches the receiver",
+      asked_ - left_, asked_, left_, most_listed);
 }
 
 }  // namespace clrad

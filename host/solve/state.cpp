@@ -147,6 +147,9 @@ RealArray& SolveState::extend_column(std::uint32_t slot) {
   for (std::uint32_t c = 0; c < colours; ++c)
     device.copy(kept->buffer(), grown->buffer(), before, c * before, c * after);
   column_bytes += grown->bytes() - kept->bytes();
+  // The device holds what is given back here until the copy has run: a part of its memory at a time, no more.
+  given_back_bytes += kept->bytes();
+  if (given_back_bytes > device.ledger()->limit / 64) device.finish(), given_back_bytes = 0;
   kept = std::move(grown);
   return *kept;
 }

@@ -102,6 +102,7 @@ class SolveState {
   std::uint32_t shoots_since_refined = 0;
   /// What the near field last added to the vertices that there were then, [band][vertex]: by it elements are judged.
   std::vector<double> near_field;
+  std::uint64_t given_back_bytes = 0;  ///< of columns that grew, since the device was last waited for
   std::uint64_t column_budget_bytes = 0, column_bytes = 0;  ///< of kept columns: at most, and now
 
   const Material& material(std::uint32_t patch) const {

@@ -135,7 +135,10 @@ void weigh_unoccluded(SolveState& state, const Traced& t, const PointArray* samp
 
 // 0 at every receiver from `first` on.
 void clear(SolveState& state, std::uint32_t first, RealArray& column) {
-  const auto stage = state.device.stage("weigh form factors by what is visible");
+  const auto stage =
+      state.device.stage(state.clip                       ? "clip shooters to what is visible"
+                         : state.occlusion || state.glass ? "weigh form factors by what is visible"
+                                                          : "weigh form factors where nothing is hidden");
   const std::uint64_t real = column.bytes() / column.size();
   for (std::uint32_t c = 0; c < state.colours; ++c)
     state.device.fill_bytes(column.buffer(), 0, (state.vertices - first) * real,

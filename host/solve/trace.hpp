@@ -17,8 +17,9 @@ struct ColumnTask {
 /// Drops some more of the flags of vertices that face the shooter, by vertex - first.
 using DropFlags = std::function<void(Array<std::uint32_t>&)>;
 
-/// Traces columns at the vertices from `first` on; entries before stay as they are. Only twice does the host wait for an answer of
-/// the device, however many columns there are: so several of few vertices each are traced together. Returns the rays it took.
+/// Traces columns at the vertices from `first` on; entries before stay as they are. Where shafts or `serial`
+/// ask for samples, only twice does the host wait for an answer of the device, however many columns there are: so several of few vertices
+/// each are traced together. Returns the rays it took.
 std::uint64_t trace_columns(SolveState& state, std::span<const ColumnTask> tasks, std::uint32_t first,
                             const DropFlags& also = nullptr);
 

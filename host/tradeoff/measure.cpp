@@ -227,8 +227,8 @@ class Measurement {
     return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {}", mesh.patches, mesh.elements,
                        rays ? o.samples : 0, rays ? o.light_samples : 0, o.converge, int(o.estimator),
                        runs(effects, "subdivision") ? o.adaptive.tolerance : 0, runs(effects, "near_field"),
-                       rays ? o.engine : "", rays && o.visibility_exact, int(setting.precision),
-                       o.sensors.empty() || !rays ? 0 : o.sensor_rays);
+                       rays ? o.engine : "", rays && o.visibility_exact && !runs(effects, "transmission"),
+                       int(setting.precision), o.sensors.empty() || !rays ? 0 : o.sensor_rays);
   }
 
   void leave_out(const TradeoffSetting& setting, double predicted_s, std::string reason) {

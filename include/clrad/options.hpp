@@ -86,7 +86,7 @@ struct SolveOptions {
   std::uint32_t light_samples = 256;  ///< a shooter gets more than `samples` until one sample carries no more
                                       ///< than 1/this of the emitted power
   /// Clips shooters by what stands in the way instead of sampling them (kernels/solve/clip.cl): no noise of visibility. Where more
-  /// triangles than it has room for hide a part, samples it is all the same. Needs Estimator::exact, and no glass.
+  /// triangles than it has room for hide a part, samples it is all the same. Needs Estimator::exact; where light passes glass it is sampled all the same, with a warning.
   bool visibility_exact = false;
   double converge = 1e-3;  ///< stop when unshot / emitted power is below
   std::uint64_t seed = 1;

@@ -8,12 +8,12 @@
 
 #define MOST_TOUCHED 8   /* planes of a vertex */
 #define LEAST_ALONG 0.1f /* of a unit normal along the vertex's own surface: flatter ones cannot be evaded */
-#define LEAST_RISE 0.05f /* off every plane, of the way moved: else they face each other */
+#define LEAST_RISE 0.05f /* off every plane, a unit direction being 1: else they face each other */
 
 /* Whether the triangle is within `reach` of the point, from whose corners p, q, s lead to it. */
 static inline int touches(float3 p, float3 q, float3 s, float3 n, float reach) {
-  const float size = length(n);
-  if (!(fabs(dot(n, p)) <= reach * size)) return 0;
+  const float size = length(n), rounding = CLRAD_SIDE_BOUND(CLRAD_NORM_1(p.x, p.y, p.z), size);
+  if (!(fabs(dot(n, p)) <= reach * size + rounding)) return 0;
   const float3 corner[3] = {p, q, s};
   for (uint k = 0; k < 3; ++k) {
     const float3 a = corner[k], inner = cross(n, corner[k == 2 ? 0 : k + 1] - a);

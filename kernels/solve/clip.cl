@@ -8,8 +8,8 @@
  * triangle, as much of it as is in front of the shooter's plane, is a pyramid; each of its sides cuts off what is beyond it,
  * and what is inside all of them is hidden. The form factor is the sum of the pieces'.
  *
- * A packet of receivers that more than MOST_LISTED triangles hide parts of, and a receiver whose pieces find no room, are left to samples:
- * sampled[i] = 1.
+ * A packet of receivers that more than MOST_LISTED triangles hide parts of, a receiver whose pieces find no room, and one that touches a triangle
+ * (which then counts as hiding what is behind it) are left to samples: sampled[i] = 1.
  *
  * What rounding may do: an edge is where it is to some 16 roundings of the largest distance; what is hidden or not by that much
  * counts as a touch, which hides nothing. NaN hides nothing. */
@@ -20,6 +20,8 @@
 
 #define MOST_LISTED 128          /* triangles that hide a part of the shooter from some receiver of a packet */
 #define TOO_MANY CLRAD_NONE      /* many[packet]: more than that */
+#define HIDDEN 1
+#define TOUCHED 2
 #define SHOOTER_CORNERS 4        /* a triangle's last one stands twice */
 #define PIECE_CORNERS 12         /* of a piece, at most */
 #define PIECES 32                /* that wait, at most */
@@ -31,8 +33,11 @@
 #define CONTOUR_TOLERANCE 1e-5f
 #endif
 
-/* Lanes from which the triangle hides a part of the shooter, more or less than all; those from which it hides all leave q->todo. */
-static inline clrad_ints hides_part(question* q, const run* r, __global const clrad_triangle* t, __global const clrad_facet* f) {
+/* Lanes from which the triangle hides a part of the shooter, more or less than all; those from which it hides all leave q->todo.
+ * *touching: lanes on its plane, as far as floats tell, and in its box: seen edge-on it hides nothing, but what stands on the receiver counts
+ * as hiding what is behind it (shared/predicate.cl), which samples know how to ask. */
+static inline clrad_ints hides_part(question* q, const run* r, __global const clrad_triangle* t, __global const clrad_facet* f,
+                                    clrad_ints* touching) {
   const uint plane = t->plane;
   if (plane != CLRAD_NONE && plane == r->box.plane) return 0;
   clrad_ints open = q->todo;
@@ -56,7 +61,18 @@ static inline clrad_ints hides_part(question* q, const run* r, __global const cl
   const clrad_floats norm_a = CLRAD_NORM_1(px, py, pz), error_a = CLRAD_SIDE_BOUND(norm_a, f->normal_size);
   const clrad_floats side_a = -CLRAD_DOT(f->nx, f->ny, f->nz, px, py, pz);
   const clrad_ints front_a = CLRAD_IS(side_a > error_a), back_a = CLRAD_IS(side_a < -error_a);
-  /* Seen edge-on it hides nothing; nor what is on the receiver's own side of its plane, or in it. */
+  const clrad_ints in_plane = open & ~(front_a | back_a);
+  if (clrad_bits_of_any(in_plane) != 0) {
+    const float pad = 0x1p-20f;
+    const clrad_floats ax = q->ax, ay = q->ay, az = q->az;
+    *touching |= in_plane & CLRAD_IS(ax >= lowest(t->x0, t->x0_lo, t->x1, t->x1_lo, t->x2, t->x2_lo) - pad) &
+                 CLRAD_IS(ax <= highest(t->x0, t->x0_lo, t->x1, t->x1_lo, t->x2, t->x2_lo) + pad) &
+                 CLRAD_IS(ay >= lowest(t->y0, t->y0_lo, t->y1, t->y1_lo, t->y2, t->y2_lo) - pad) &
+                 CLRAD_IS(ay <= highest(t->y0, t->y0_lo, t->y1, t->y1_lo, t->y2, t->y2_lo) + pad) &
+                 CLRAD_IS(az >= lowest(t->z0, t->z0_lo, t->z1, t->z1_lo, t->z2, t->z2_lo) - pad) &
+                 CLRAD_IS(az <= highest(t->z0, t->z0_lo, t->z1, t->z1_lo, t->z2, t->z2_lo) + pad);
+  }
+  /* What is on the receiver's own side of its plane, or in it, is not hidden. */
   open &= (front_a & some_back_b) | (back_a & some_front_b);
   if (clrad_bits_of_any(open) == 0) return 0;
 
@@ -98,7 +114,7 @@ static inline void insert_sorted(uint* list, int* lanes, uint at, uint triangle,
 
 /* Work-item: a packet of the `count` chosen receivers. receivers, corners: ends as shaft_ends makes them, in groups of CLRAD_WIDTH and of 32.
  * pre: factors[i] of each, without occluders. post: many[packet] triangles in list[MOST_LISTED packet ...], and for each the receivers it
- * matters to, a bit a lane; hidden[i]: 1 where a triangle hides the whole shooter (its lane's bits do not count then). */
+ * matters to, a bit a lane; hidden[i]: HIDDEN where a triangle hides the whole shooter (its lane's bits do not count then), TOUCHED where one touches the receiver. */
 __kernel void clip_candidates(__global const uint* receivers, uint count, __global const uint* corners, __global const REAL* factors,
                               __global const uint* nodes, __global const clrad_triangle* triangles,
                               __global const clrad_facet* facets, __global uint* list, __global uint* lanes_of,
@@ -121,6 +137,7 @@ __kernel void clip_candidates(__global const uint* receivers, uint count, __glob
   q.todo = CLRAD_LOAD(wanted);
   q.have_directions = 0;
   const clrad_ints asked = q.todo;
+  clrad_ints touching = 0;
   const float8 there = box_of_samples(q.b, 0, SHOOTER_CORNERS);
   run r;
   run_in(&q, there, 0, SHOOTER_CORNERS, &r);
@@ -142,7 +159,7 @@ __kernel void clip_candidates(__global const uint* receivers, uint count, __glob
         continue;
       }
       for (uint i = begin; i < begin + in_leaf && found_count != TOO_MANY; ++i) {
-        const int mask = clrad_bits_of_any(hides_part(&q, &r, triangles + i, facets + i) & CLRAD_LANE_BITS(0));
+        const int mask = clrad_bits_of_any(hides_part(&q, &r, triangles + i, facets + i, &touching) & CLRAD_LANE_BITS(0));
         if (mask == 0) continue;
         if (found_count == MOST_LISTED)
           found_count = TOO_MANY;
@@ -151,8 +168,8 @@ __kernel void clip_candidates(__global const uint* receivers, uint count, __glob
       }
     }
   }
-  CLRAD_STORE(asked & ~q.todo, wanted);
-  for (uint lane = 0; lane < CLRAD_WIDTH && first + lane < count; ++lane) hidden[first + lane] = wanted[lane] & 1;
+  CLRAD_STORE((asked & ~q.todo & HIDDEN) | (asked & q.todo & touching & TOUCHED), wanted);
+  for (uint lane = 0; lane < CLRAD_WIDTH && first + lane < count; ++lane) hidden[first + lane] = (uint)wanted[lane];
   many[packet] = found_count;
   for (uint k = 0; k < found_count && found_count != TOO_MANY; ++k) {
     list[(ulong)packet * MOST_LISTED + k] = found[k];
@@ -192,18 +209,19 @@ REAL factor_of(const clrad_vector* p, int n, clrad_vector normal, clrad_vector f
 }
 
 /* The pyramid over what of the triangle is in front of the shooter's plane, its sides' normals to the inside; 0 sides where that is
- * nothing, or seen edge-on. x: the receiver; corner: the shooter's first as seen from there. */
-static int sides_of(__global const clrad_triangle* t, clrad_vector x, clrad_vector x_lo, clrad_vector corner, clrad_vector front,
+ * nothing. x: the receiver, which clip_candidates has found to be off the triangle's plane; corner: the shooter's first as seen from there. */
+static int sides_of(__global const clrad_triangle* t, __global const clrad_facet* f, clrad_vector x, clrad_vector x_lo, clrad_vector corner, clrad_vector front,
                     clrad_vector* h) {
   clrad_vector v[5], kept[5], behind[5], from[3];
   REAL over[5];
   v[0] = clrad_make((t->x0 - x.x) + (t->x0_lo - x_lo.x), (t->y0 - x.y) + (t->y0_lo - x_lo.y), (t->z0 - x.z) + (t->z0_lo - x_lo.z));
   v[1] = clrad_make((t->x1 - x.x) + (t->x1_lo - x_lo.x), (t->y1 - x.y) + (t->y1_lo - x_lo.y), (t->z1 - x.z) + (t->z1_lo - x_lo.z));
   v[2] = clrad_make((t->x2 - x.x) + (t->x2_lo - x_lo.x), (t->y2 - x.y) + (t->y2_lo - x_lo.y), (t->z2 - x.z) + (t->z2_lo - x_lo.z));
-  const clrad_vector e = clrad_minus(v[1], v[0]), g = clrad_minus(v[2], v[0]);
-  const REAL volume = clrad_dot(v[0], clrad_cross(e, g));
-  const REAL doubt = 16 * CLRAD_EPSILON * clrad_largest(v[0]) * clrad_largest(e) * clrad_largest(g);
-  if (!(volume > doubt || volume < -doubt)) return 0;
+  /* From the nearest corner, and by the normal as it is: a volume of corner and edges would lose a long, low wall beside the receiver. */
+  int nearest = 0;
+  for (int k = 1; k < 3; k++)
+    if (clrad_dot(v[k], v[k]) < clrad_dot(v[nearest], v[nearest])) nearest = k;
+  const REAL side = clrad_dot(v[nearest], clrad_make(f->nx, f->ny, f->nz));
   for (int k = 0; k < 3; k++) from[k] = clrad_minus(v[k], corner);
   const int where = heights_of(from, 3, front, over);
   int n = 3, behinds;
@@ -212,30 +230,32 @@ static int sides_of(__global const clrad_triangle* t, clrad_vector x, clrad_vect
     cut_piece(v, 3, over, kept, &n, behind, &behinds);
     for (int k = 0; k < n; k++) v[k] = kept[k];
   }
+  int sides = 0;
   for (int k = 0; k < n; k++) {
     const clrad_vector a = v[k], b = v[k + 1 < n ? k + 1 : 0], along = clrad_minus(b, a);
     const clrad_vector nearer = clrad_dot(a, a) < clrad_dot(b, b) ? a : b;
-    h[k] = volume > 0 ? clrad_cross(nearer, along) : clrad_cross(along, nearer);
+    h[sides] = side > 0 ? clrad_cross(nearer, along) : clrad_cross(along, nearer);
+    sides += clrad_largest(h[sides]) > 0; /* corners of a cut may coincide */
   }
-  return n;
+  return sides >= 3 ? sides : 0;
 }
 
 /* column[receiver] = form factor of what is visible, but where sampled[i] = 1: those are left as they are. Work-item: a chosen receiver. */
 __kernel void clip_factors(__global const REAL* shooter, __global const CLRAD_POINT_T* receivers, __global const uint* active,
                            __global const REAL* factors, __global const uint* list, __global const uint* lanes_of,
                            __global const uint* many, __global const uint* hidden, __global const clrad_triangle* triangles,
-                           __global REAL* column, __global uint* sampled, uint count) {
+                           __global const clrad_facet* facets, __global REAL* column, __global uint* sampled, uint count) {
   const uint i = get_global_id(0);
   if (i >= count) return;
   const uint receiver = active[i], packet = i / CLRAD_WIDTH, lane = 1u << i % CLRAD_WIDTH;
   const REAL whole = factors[i];
   sampled[i] = 0;
-  if (hidden[i] || !(whole > 0)) {
+  if (hidden[i] == HIDDEN || !(whole > 0)) {
     column[receiver] = 0;
     return;
   }
   const uint listed = many[packet];
-  if (listed == TOO_MANY) {
+  if (listed == TOO_MANY || hidden[i] == TOUCHED) {
     sampled[i] = 1;
     return;
   }
@@ -276,7 +296,7 @@ __kernel void clip_factors(__global const REAL* shooter, __global const CLRAD_PO
       const uint k = next++;
       if (!(lanes_of[k] & lane)) continue;
       clrad_vector h[4];
-      const int sides = sides_of(triangles + list[k], x, x_lo, corner, front, h);
+      const int sides = sides_of(triangles + list[k], facets + list[k], x, x_lo, corner, front, h);
       int meets = sides > 0;
       for (int e = 0; e < sides && meets; e++) meets = heights_of(p, n, h[e], d) & 1;
       if (!meets) continue;

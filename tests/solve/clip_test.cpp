@@ -285,20 +285,51 @@ TEST(Clip, TrianglesThatOnlyTouchHideNothing) {
     in_plane({-0.25, -0.5, 0.75}, {-0.25, 0.5, 0.75}, {-0.25, 0, 0.9}, 30);  // stands on the shooter's edge
     Clipped got = clipped(device, shooter, touching, points);
     EXPECT_EQ(got.visible, got.whole);
-    // A wall through the middle receivers, and through the shooter's: it halves the shooter for none of those in its plane.
+    // A wall that stands on the middle receivers: what it hides from them is for samples to say.
     in_plane({0, -0.9, -0.5}, {0, 0.9, -0.5}, {0, 0, 3}, 31);
     got = clipped(device, shooter, touching, points);
     for (std::size_t i = 0; i < points.size(); ++i) {
-      if (points[i].position.x == 0)
-        EXPECT_EQ(got.visible[i], got.whole[i]);
+      const glm::dvec3& p = points[i].position;
+      if (p.x == 0)
+        EXPECT_EQ(got.visible[i], std::abs(p.y) <= 0.9 ? -1 : got.whole[i]) << p.y;
       else
         EXPECT_LT(got.visible[i], 0.9 * got.whole[i]);
     }
+    // The same hung a little higher, so that it is only seen edge-on.
+    touching.back().corner[0].z = touching.back().corner[1].z = -0.49;
+    got = clipped(device, shooter, touching, points);
+    for (std::size_t i = 0; i < points.size(); ++i)
+      if (points[i].position.x == 0) {
+        EXPECT_EQ(got.visible[i], got.whole[i]);
+      }
     // Four rectangles that share edges, behind which there is nothing.
     std::vector<OccluderTriangle> wall;
     for (const double x : {-0.9, 0.0})
       for (const double y : {-0.9, 0.0}) add_rectangle(wall, x, y, x + 0.9, y + 0.9, 0.5);
     for (const double visible : clipped(device, shooter, wall, points).visible) EXPECT_EQ(visible, 0);
+  }
+}
+
+// A long, low wall and receivers a thousandth of an element of extent/256 in front of its foot, where vertices are that touched it. From
+// there it hides a horizontal shooter behind it up to its own rim: what is left is what is above the plane through x and the rim.
+TEST(Clip, LowWallsHideWhatIsBehindThem) {
+  constexpr double rim = 0.05, away = 1e-3 / 256;
+  // Upright, facing the wall from behind it, from the floor to four times the wall's height.
+  const Shooter shooter = clip_shooter({{-0.2, 0.5, 0}, {0.2, 0.5, 0}, {0.2, 0.5, 0.2}, {-0.2, 0.5, 0.2}});
+  ASSERT_LT(shooter.normal.y, -0.99);
+  std::vector<OccluderTriangle> wall;
+  wall.push_back({{{-0.5, 0, 0}, {0.5, 0, 0}, {0.5, 0, rim}}, 9, 9});
+  wall.push_back({{{-0.5, 0, 0}, {0.5, 0, rim}, {-0.5, 0, rim}}, 9, 9});
+  std::vector<Point> points;
+  for (int k = -8; k <= 8; ++k) points.push_back({{0.05 * k, -away, 0}, {0, 0, 1}, 8, 0});
+  for (const DeviceOptions& options : devices()) {
+    Device device(options);
+    const Clipped got = clipped(device, shooter, wall, points);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      // So near, the whole shooter is behind the wall.
+      EXPECT_GT(got.whole[i], 0.001);
+      EXPECT_EQ(got.visible[i], 0) << points[i].position.x << ", width " << options.packet_width;
+    }
   }
 }
 
