@@ -58,6 +58,39 @@ static inline void direct(question* q, uint begin, uint end) {
   }
 }
 
+/* The ends of a packet of receivers and of a word of samples, as shaft_ends makes them; nothing asked of them yet. */
+static inline void begin_question(question* q, __global const uint* receivers, __global const uint* samples) {
+  q->a = receivers;
+  q->b = samples;
+  __global const float* a = (__global const float*)receivers;
+  q->ax = CLRAD_LOAD(a);
+  q->ay = CLRAD_LOAD(a + CLRAD_WIDTH);
+  q->az = CLRAD_LOAD(a + 2 * CLRAD_WIDTH);
+  q->ax_lo = CLRAD_LOAD(a + 3 * CLRAD_WIDTH);
+  q->ay_lo = CLRAD_LOAD(a + 4 * CLRAD_WIDTH);
+  q->az_lo = CLRAD_LOAD(a + 5 * CLRAD_WIDTH);
+  q->a_plane = CLRAD_LOAD((__global const int*)receivers + 6 * CLRAD_WIDTH);
+  q->have_directions = q->undecided_count = q->loops = 0;
+  q->nodes = q->boxes = q->asked = q->asked_alone = 0;
+}
+
+/* e_i x A_i of the triangle's edges, whose products with a direction are its volumes U_i. */
+typedef struct edge_crosses {
+  clrad_floats x0, y0, z0, x1, y1, z1, x2, y2, z2;
+} edge_crosses;
+
+/* p: A_0, from each receiver to the triangle's first corner. */
+static inline edge_crosses crosses_of(const question* q, __global const clrad_triangle* t, __global const clrad_facet* f,
+                                      clrad_floats px, clrad_floats py, clrad_floats pz) {
+  const clrad_floats qx = CLRAD_DIFFERENCE(t->x1, t->x1_lo, q->ax, q->ax_lo);
+  const clrad_floats qy = CLRAD_DIFFERENCE(t->y1, t->y1_lo, q->ay, q->ay_lo);
+  const clrad_floats qz = CLRAD_DIFFERENCE(t->z1, t->z1_lo, q->az, q->az_lo);
+  const edge_crosses c = {CLRAD_CROSS(f->e0y, f->e0z, py, pz), CLRAD_CROSS(f->e0z, f->e0x, pz, px), CLRAD_CROSS(f->e0x, f->e0y, px, py),
+                          CLRAD_CROSS(f->e1y, f->e1z, qy, qz), CLRAD_CROSS(f->e1z, f->e1x, qz, qx), CLRAD_CROSS(f->e1x, f->e1y, qx, qy),
+                          CLRAD_CROSS(f->e2y, f->e2z, py, pz), CLRAD_CROSS(f->e2z, f->e2x, pz, px), CLRAD_CROSS(f->e2x, f->e2y, px, py)};
+  return c;
+}
+
 /* Takes from q->todo what the triangle blocks of the samples [begin, end). */
 static inline void ask_triangle(question* q, const run* r, __global const clrad_triangle* t, __global const clrad_facet* f) {
   ++q->asked;
@@ -88,15 +121,7 @@ static inline void ask_triangle(question* q, const run* r, __global const clrad_
   if (clrad_bits_of_any(open) == 0) return;
   const clrad_ints crossed = (front_a & all_back_b) | (back_a & all_front_b); /* by every sample */
 
-  const clrad_floats qx = CLRAD_DIFFERENCE(t->x1, t->x1_lo, q->ax, q->ax_lo);
-  const clrad_floats qy = CLRAD_DIFFERENCE(t->y1, t->y1_lo, q->ay, q->ay_lo);
-  const clrad_floats qz = CLRAD_DIFFERENCE(t->z1, t->z1_lo, q->az, q->az_lo);
-  const clrad_floats c0x = CLRAD_CROSS(f->e0y, f->e0z, py, pz), c0y = CLRAD_CROSS(f->e0z, f->e0x, pz, px),
-                     c0z = CLRAD_CROSS(f->e0x, f->e0y, px, py);
-  const clrad_floats c1x = CLRAD_CROSS(f->e1y, f->e1z, qy, qz), c1y = CLRAD_CROSS(f->e1z, f->e1x, qz, qx),
-                     c1z = CLRAD_CROSS(f->e1x, f->e1y, qx, qy);
-  const clrad_floats c2x = CLRAD_CROSS(f->e2y, f->e2z, py, pz), c2y = CLRAD_CROSS(f->e2z, f->e2x, pz, px),
-                     c2z = CLRAD_CROSS(f->e2x, f->e2y, px, py);
+  const edge_crosses c = crosses_of(q, t, f, px, py, pz);
   const clrad_floats scale = CLRAD_VOLUME_SCALE(norm_a, f->edge_size);
 
   if (r->end - r->begin > 1) {
@@ -104,11 +129,11 @@ static inline void ask_triangle(question* q, const run* r, __global const clrad_
      * normal times the direction. Over the box each is its value at the middle +- its reach. */
     const float hx = r->box.hx, hy = r->box.hy, hz = r->box.hz;
     const clrad_floats error = r->size * (2.0f * scale);
-    const clrad_floats u0 = CLRAD_DOT(r->dx, r->dy, r->dz, c0x, c0y, c0z), u1 = CLRAD_DOT(r->dx, r->dy, r->dz, c1x, c1y, c1z),
-                       u2 = CLRAD_DOT(r->dx, r->dy, r->dz, c2x, c2y, c2z);
-    const clrad_floats w0 = ((fabs(c0x) * hx + fabs(c0y) * hy) + fabs(c0z) * hz) + error;
-    const clrad_floats w1 = ((fabs(c1x) * hx + fabs(c1y) * hy) + fabs(c1z) * hz) + error;
-    const clrad_floats w2 = ((fabs(c2x) * hx + fabs(c2y) * hy) + fabs(c2z) * hz) + error;
+    const clrad_floats u0 = CLRAD_DOT(r->dx, r->dy, r->dz, c.x0, c.y0, c.z0), u1 = CLRAD_DOT(r->dx, r->dy, r->dz, c.x1, c.y1, c.z1),
+                       u2 = CLRAD_DOT(r->dx, r->dy, r->dz, c.x2, c.y2, c.z2);
+    const clrad_floats w0 = ((fabs(c.x0) * hx + fabs(c.y0) * hy) + fabs(c.z0) * hz) + error;
+    const clrad_floats w1 = ((fabs(c.x1) * hx + fabs(c.y1) * hy) + fabs(c.z1) * hz) + error;
+    const clrad_floats w2 = ((fabs(c.x2) * hx + fabs(c.y2) * hy) + fabs(c.z2) * hz) + error;
     const clrad_floats v0 = front_a ? u0 : -u0, v1 = front_a ? u1 : -u1, v2 = front_a ? u2 : -u2;
     const clrad_ints missed = (CLRAD_IS(v0 < -w0) | CLRAD_IS(v1 < -w1) | CLRAD_IS(v2 < -w2)) & (front_a | back_a);
     const clrad_ints blocked = CLRAD_IS(v0 > w0) & CLRAD_IS(v1 > w1) & CLRAD_IS(v2 > w2) & crossed & open;
@@ -126,8 +151,8 @@ static inline void ask_triangle(question* q, const run* r, __global const clrad_
     const int bit = 1 << k;
     if ((needed & bit) == 0) continue;
     const clrad_floats dx = q->dx[k], dy = q->dy[k], dz = q->dz[k];
-    const clrad_floats u0 = CLRAD_DOT(dx, dy, dz, c0x, c0y, c0z), u1 = CLRAD_DOT(dx, dy, dz, c1x, c1y, c1z),
-                       u2 = CLRAD_DOT(dx, dy, dz, c2x, c2y, c2z);
+    const clrad_floats u0 = CLRAD_DOT(dx, dy, dz, c.x0, c.y0, c.z0), u1 = CLRAD_DOT(dx, dy, dz, c.x1, c.y1, c.z1),
+                       u2 = CLRAD_DOT(dx, dy, dz, c.x2, c.y2, c.z2);
     const clrad_floats low = CLRAD_MIN(u0, u1), high = CLRAD_MAX(u0, u1);
     const clrad_floats least = CLRAD_MIN(low, u2), most = CLRAD_MAX(high, u2);
     const clrad_floats error = q->size[k] * scale;

@@ -76,21 +76,14 @@ static inline clrad_ints hides_part(question* q, const run* r, __global const cl
   open &= (front_a & some_back_b) | (back_a & some_front_b);
   if (clrad_bits_of_any(open) == 0) return 0;
 
-  const clrad_floats qx = CLRAD_DIFFERENCE(t->x1, t->x1_lo, q->ax, q->ax_lo), qy = CLRAD_DIFFERENCE(t->y1, t->y1_lo, q->ay, q->ay_lo),
-                     qz = CLRAD_DIFFERENCE(t->z1, t->z1_lo, q->az, q->az_lo);
-  const clrad_floats c0x = CLRAD_CROSS(f->e0y, f->e0z, py, pz), c0y = CLRAD_CROSS(f->e0z, f->e0x, pz, px),
-                     c0z = CLRAD_CROSS(f->e0x, f->e0y, px, py);
-  const clrad_floats c1x = CLRAD_CROSS(f->e1y, f->e1z, qy, qz), c1y = CLRAD_CROSS(f->e1z, f->e1x, qz, qx),
-                     c1z = CLRAD_CROSS(f->e1x, f->e1y, qx, qy);
-  const clrad_floats c2x = CLRAD_CROSS(f->e2y, f->e2z, py, pz), c2y = CLRAD_CROSS(f->e2z, f->e2x, pz, px),
-                     c2z = CLRAD_CROSS(f->e2x, f->e2y, px, py);
+  const edge_crosses c = crosses_of(q, t, f, px, py, pz);
   const clrad_floats scale = CLRAD_VOLUME_SCALE(norm_a, f->edge_size);
   direct(q, r->begin, r->end);
   clrad_ints inside = -1, beyond_0 = -1, beyond_1 = -1, beyond_2 = -1;
   for (uint k = r->begin; k < r->end; ++k) {
     const clrad_floats dx = q->dx[k], dy = q->dy[k], dz = q->dz[k], error = q->size[k] * scale;
-    const clrad_floats u0 = CLRAD_DOT(dx, dy, dz, c0x, c0y, c0z), u1 = CLRAD_DOT(dx, dy, dz, c1x, c1y, c1z),
-                       u2 = CLRAD_DOT(dx, dy, dz, c2x, c2y, c2z);
+    const clrad_floats u0 = CLRAD_DOT(dx, dy, dz, c.x0, c.y0, c.z0), u1 = CLRAD_DOT(dx, dy, dz, c.x1, c.y1, c.z1),
+                       u2 = CLRAD_DOT(dx, dy, dz, c.x2, c.y2, c.z2);
     const clrad_floats v0 = front_a ? u0 : -u0, v1 = front_a ? u1 : -u1, v2 = front_a ? u2 : -u2;
     inside &= CLRAD_IS(v0 > error) & CLRAD_IS(v1 > error) & CLRAD_IS(v2 > error);
     beyond_0 &= CLRAD_IS(v0 <= error);
@@ -124,18 +117,8 @@ __kernel void clip_candidates(__global const uint* receivers, uint count, __glob
   int wanted[CLRAD_WIDTH];
   for (uint lane = 0; lane < CLRAD_WIDTH; ++lane) wanted[lane] = first + lane < count && factors[min(first + lane, count - 1)] > 0 ? -1 : 0;
   question q;
-  q.a = receivers + (ulong)packet * END_WORDS * CLRAD_WIDTH;
-  q.b = corners;
-  __global const float* a = (__global const float*)q.a;
-  q.ax = CLRAD_LOAD(a);
-  q.ay = CLRAD_LOAD(a + CLRAD_WIDTH);
-  q.az = CLRAD_LOAD(a + 2 * CLRAD_WIDTH);
-  q.ax_lo = CLRAD_LOAD(a + 3 * CLRAD_WIDTH);
-  q.ay_lo = CLRAD_LOAD(a + 4 * CLRAD_WIDTH);
-  q.az_lo = CLRAD_LOAD(a + 5 * CLRAD_WIDTH);
-  q.a_plane = CLRAD_LOAD((__global const int*)q.a + 6 * CLRAD_WIDTH);
+  begin_question(&q, receivers + (ulong)packet * END_WORDS * CLRAD_WIDTH, corners);
   q.todo = CLRAD_LOAD(wanted);
-  q.have_directions = 0;
   const clrad_ints asked = q.todo;
   clrad_ints touching = 0;
   const float8 there = box_of_samples(q.b, 0, SHOOTER_CORNERS);

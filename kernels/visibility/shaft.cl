@@ -119,17 +119,7 @@ __kernel void shaft_occluded(__global const uint* origins, uint origin_count, __
   const uint tile = get_global_id(0) / words, word = get_global_id(0) % words;
   if (tile * CLRAD_WIDTH >= origin_count) return;
   question q;
-  q.a = origins + (ulong)tile * END_WORDS * CLRAD_WIDTH;
-  q.b = targets + (ulong)word * END_WORDS * 32;
-  __global const float* a = (__global const float*)q.a;
-  q.ax = CLRAD_LOAD(a);
-  q.ay = CLRAD_LOAD(a + CLRAD_WIDTH);
-  q.az = CLRAD_LOAD(a + 2 * CLRAD_WIDTH);
-  q.ax_lo = CLRAD_LOAD(a + 3 * CLRAD_WIDTH);
-  q.ay_lo = CLRAD_LOAD(a + 4 * CLRAD_WIDTH);
-  q.az_lo = CLRAD_LOAD(a + 5 * CLRAD_WIDTH);
-  q.a_plane = CLRAD_LOAD((__global const int*)q.a + 6 * CLRAD_WIDTH);
-  q.undecided_count = q.nodes = q.boxes = q.asked = q.asked_alone = 0;
+  begin_question(&q, origins + (ulong)tile * END_WORDS * CLRAD_WIDTH, targets + (ulong)word * END_WORDS * 32);
   const clrad_ints valid = CLRAD_IS(CLRAD_LANES < (int)(origin_count - tile * CLRAD_WIDTH));
   const float8 receivers = box_of_lanes(q.ax, q.ay, q.az);
 
