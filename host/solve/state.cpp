@@ -113,8 +113,9 @@ std::uint32_t SolveState::add_slot(std::uint32_t patch) {
   }
   patch_of_slot.push_back(patch);
   slot_of_patch[patch] = slot;
-  slot_of_patch_device.upload(std::span(&slot, 1), patch);
-  patch_of_slot_device.upload(std::span(&patch, 1), slot);
+  // A fill of one word: an upload would wait for all that was enqueued.
+  device.fill_bytes(slot_of_patch_device.buffer(), slot, 4, 4ull * patch);
+  device.fill_bytes(patch_of_slot_device.buffer(), patch, 4, 4ull * slot);
   return slot;
 }
 
