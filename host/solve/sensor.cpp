@@ -14,7 +14,7 @@
 namespace clrad {
 namespace {
 
-constexpr const char* sensor_kernels = "solve/sensor.cl";
+constexpr const char *sensor_kernels = "solve/sensor.cl", *pair_kernels = "solve/sensor_pairs.cl";
 // The share of a sensor's rays by which the others are shared out.
 constexpr double first_share = 0.125;
 // A sensor within the grid's rounding of a polygon that faces its way lies on it, and ignores its plane.
@@ -111,12 +111,23 @@ class Gather {
   RealArray ray_weight_, place_, light_, found_;
   PointArray origins_, ends_, targets_;
 
+  // Work-items of kernels that take a packet each, so that a work-group is that much smaller.
+  std::uint64_t packets(std::uint64_t count) const {
+    const unsigned width = device_.options().packet_width;
+    return (count + width - 1) / width;
+  }
+  template <class... Args>
+  void run_packets(const char* file, const char* kernel, std::uint64_t items, const Args&... args) {
+    const DeviceOptions& o = device_.options();
+    device_.run_local(file, kernel, items, std::max(1u, o.work_group_size / o.packet_width), args...);
+  }
+
   void find_pairs(std::uint32_t count) {
     const std::uint32_t patches = around_.patches;
     grow(counts_, device_, std::uint64_t(count) * patches, "patches of sensors");
     grow(segments_, device_, count + 1, "sensor segments");
     grow(total_, device_, count, "sensor totals");
-    device_.run(sensor_kernels, "sensor_pairs", std::uint64_t(count) * patches, sensors_, around_.corners,
+    device_.run(pair_kernels, "sensor_pairs", std::uint64_t(count) * patches, sensors_, around_.corners,
                 around_.brightness[way_.without_lamps], counts_, first_, count, patches);
     pairs_ = allocate(device_, counts_.buffer(), std::uint64_t(count) * patches, "pairs of sensor and patch");
     const std::uint64_t total = pairs_.total;
@@ -124,15 +135,17 @@ class Gather {
     grow(ray_counts_, device_, total, "pairs"), grow(done_, device_, total, "pairs");
     grow(moments_, device_, (1 + 2 * std::uint64_t(bands_)) * total, "pairs");
     if (total > 0) done_.fill_zero(), moments_.fill_zero();
-    device_.run(sensor_kernels, "sensor_factors", total, sensors_, around_.shooters, pairs_.owner,
-                around_.brightness[way_.without_lamps], factor_, weight_, first_, pairs_.total, patches);
-    device_.run(sensor_kernels, "sensor_segments", count + 1, pairs_.offsets, segments_, count, patches);
+    if (total > 0)
+      run_packets(pair_kernels, "sensor_factors", packets(count) * patches, sensors_, around_.shooters,
+                  pairs_.offsets, around_.brightness[way_.without_lamps], factor_, weight_, first_, count,
+                  patches);
+    device_.run(pair_kernels, "sensor_segments", count + 1, pairs_.offsets, segments_, count, patches);
     segmented_reduce_sum(device_, weight_.buffer(), segments_.buffer(), total_.buffer(), count);
   }
 
   void cast(double rays_of_sensor, std::uint32_t least) {
     const std::uint32_t patches = around_.patches;
-    device_.run(sensor_kernels, "sensor_ray_counts", pairs_.total, pairs_.owner, weight_, total_,
+    device_.run(pair_kernels, "sensor_ray_counts", pairs_.total, pairs_.owner, weight_, total_,
                 float(rays_of_sensor), least, ray_counts_, pairs_.total, patches);
     const Allocation rays = allocate(device_, ray_counts_.buffer(), pairs_.total, "rays of sensors");
     if (rays.total == 0) return;
@@ -140,9 +153,9 @@ class Gather {
     grow(ray_weight_, device_, rays.total, "sensor rays"), grow(masks_, device_, rays.total, "sensor rays");
     grow(place_, device_, 2 * std::uint64_t(rays.total), "sensor rays");
     grow(found_, device_, std::uint64_t(bands_) * rays.total, "sensor rays");
-    device_.run(sensor_kernels, "sensor_rays", rays.total, sensors_, around_.corners, pairs_.owner, done_,
-                rays.owner, rays.rank, origins_, ends_, ray_weight_, place_, first_, rays.total, patches,
-                way_.seed);
+    run_packets(sensor_kernels, "sensor_rays", packets(rays.total), sensors_, around_.corners, pairs_.owner,
+                done_, rays.owner, rays.rank, origins_, ends_, ray_weight_, place_, first_, rays.total,
+                patches, way_.seed);
     const Segments segments{&origins_, nullptr, rays.total, &ends_, 0};
     engine_.occluded(segments, masks_);
     const RealArray passes = glass_ ? glass_->pass_pairs(segments, masks_) : RealArray();
@@ -190,9 +203,9 @@ class Gather {
     grow(asking_, device_, rays.total, "rays to lamps"), grow(lamp_, device_, rays.total, "rays to lamps");
     grow(lamp_masks_, device_, rays.total, "rays to lamps");
     grow(light_, device_, std::uint64_t(colours_) * rays.total, "rays to lamps");
-    device_.run(sensor_kernels, "sensor_lamps", rays.total, ends_, pairs_.owner, done_, rays.owner, rays.rank,
-                idle_, around_.lamp_corners, around_.lamps, around_.lamp_count, targets_, asks_, lamp_,
-                light_, colours_, first_, rays.total, around_.patches, way_.seed);
+    run_packets(sensor_kernels, "sensor_lamps", packets(rays.total), ends_, pairs_.owner, done_, rays.owner,
+                rays.rank, idle_, around_.lamp_corners, around_.lamps, around_.lamp_count, targets_, asks_,
+                lamp_, light_, colours_, first_, rays.total, around_.patches, way_.seed);
     const std::uint32_t count = compact(device_, asks_.buffer(), rays.total, asking_.buffer());
     const Segments segments{&ends_, &asking_, count, &targets_, 0};
     if (count > 0) engine_.occluded(segments, lamp_masks_);

@@ -10,32 +10,15 @@
 #ifndef CLRAD_FACTOR_PACKET_CL
 #define CLRAD_FACTOR_PACKET_CL
 #include "shared/factor.cl"
-#include "shared/packet.cl"
+#include "shared/reals.cl"
 
 #if CLRAD_WIDTH > 1
-/* Lanes of REAL, and masks of the same size: -1 or 0 a lane. */
-#ifdef CLRAD_FP64
-typedef CLRAD_PASTE(double, CLRAD_WIDTH) clrad_reals;
-typedef CLRAD_PASTE(long, CLRAD_WIDTH) clrad_masks;
-#define CLRAD_MASKS_OF_INTS(v) CLRAD_PASTE(convert_long, CLRAD_WIDTH)(v)
-#else
-typedef clrad_floats clrad_reals;
-typedef clrad_ints clrad_masks;
-#define CLRAD_MASKS_OF_INTS(v) (v)
-#endif
+/* ---- pairs of shared/math.cl, in lanes ------------------------------------------------------------------------------ */
 
-static inline int clrad_some(clrad_masks m) { return clrad_bits_of_any(CLRAD_TO_INTS(m)) != 0; }
-
-/* ---- vectors and pairs of shared/math.cl, in lanes ---------------------------------------------------------------- */
-
-typedef struct clrad_vectors {
-  clrad_reals x, y, z;
-} clrad_vectors;
 typedef struct clrad_pairs {
   clrad_reals hi, lo;
 } clrad_pairs;
 
-static inline clrad_reals clrad_dots(clrad_vectors a, clrad_vectors b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 static inline clrad_vectors clrad_midpoints(clrad_vectors a, clrad_vectors b) {
   const clrad_vectors m = {(a.x + b.x) * CLRAD_R(0.5), (a.y + b.y) * CLRAD_R(0.5), (a.z + b.z) * CLRAD_R(0.5)};
   return m;

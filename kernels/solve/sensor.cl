@@ -13,68 +13,10 @@
  *
  * A pair is (sensor, patch), in the order of allocation. corners[4 patch + k] (a triangle repeats its last corner). Arrays of moments are
  * [moment][pair]: sums over the pair's rays of w, then for each band of w x and of what tells its error; x = V B, w the ray's weight. */
-#include "shared/factor.cl"
+#include "shared/aim.cl"
+#include "shared/corner.cl"
 #include "shared/leaf.cl"
 #include "shared/sum.cl"
-
-clrad_vector corner_from(CLRAD_POINT_T c, CLRAD_POINT_T p) {
-  return clrad_make((c.x - p.x) + (c.x_lo - p.x_lo), (c.y - p.y) + (c.y_lo - p.y_lo), (c.z - p.z) + (c.z_lo - p.z_lo));
-}
-
-/* Rounding of normals and of cosines from corner differences, relative to the distance: 2^-20 is 16 times a float's. What
- * is so close to a plane is left to the factor, which decides in doubled precision. */
-#define CLOSE CLRAD_R(0x1p-20)
-
-/* Pairs of each (sensor, patch), 0 or 1: none when the patch is dark, in the sensor's plane, behind it, or looks away from it. */
-__kernel void sensor_pairs(__global const CLRAD_POINT_T* sensors, __global const CLRAD_POINT_T* corners,
-                           __global const REAL* brightness, __global uint* counts, uint first, uint count, uint patches) {
-  const uint i = get_global_id(0);
-  if (i >= count * patches) return;
-  const uint patch = i % patches;
-  const CLRAD_POINT_T s = sensors[first + i / patches];
-  const clrad_vector n = clrad_make(s.nx, s.ny, s.nz);
-  int above = 0;
-  for (int k = 0; k < 4; k++) {
-    const clrad_vector r = corner_from(corners[4 * patch + k], s);
-    above |= clrad_dot(n, r) > -CLOSE * sqrt(clrad_dot(r, r));
-  }
-  const CLRAD_POINT_T c = corners[4 * patch];
-  const clrad_vector r = corner_from(c, s);
-  const int front =
-      c.plane != s.plane && clrad_dot(clrad_make(c.nx, c.ny, c.nz), r) < CLOSE * sqrt(clrad_dot(r, r));
-  counts[i] = front && above && brightness[patch] > 0;
-}
-
-/* factor[pair], unoccluded, and what it may bring (bands summed), which shares out the first rays. */
-__kernel void sensor_factors(__global const CLRAD_POINT_T* sensors, __global const REAL* shooters,
-                             __global const uint* owner, __global const REAL* brightness, __global REAL* factor,
-                             __global float* weight, uint first, uint pairs, uint patches) {
-  const uint i = get_global_id(0);
-  if (i >= pairs) return;
-  const uint patch = owner[i] % patches;
-  const CLRAD_POINT_T s = sensors[first + owner[i] / patches];
-  const REAL f = clrad_exact_factor(shooters + (ulong)patch * CLRAD_SHOOTER_SIZE, clrad_make(s.x, s.y, s.z),
-                                    clrad_make(s.x_lo, s.y_lo, s.z_lo), clrad_make(s.nx, s.ny, s.nz));
-  /* What is left of a patch that lies behind the horizon but for rounding: its reciprocal would overflow. */
-  const REAL seen = f > CLRAD_R(1e-30) ? f : 0;
-  factor[i] = seen;
-  weight[i] = (float)(seen * brightness[patch]);
-}
-
-/* Where each sensor's pairs begin. */
-__kernel void sensor_segments(__global const uint* pair_offsets, __global uint* segments, uint count, uint patches) {
-  const uint i = get_global_id(0);
-  if (i <= count) segments[i] = pair_offsets[i * patches];
-}
-
-/* Rays of each pair: its share of `rays` for its sensor, and `least` where anything may arrive. total[sensor] sums weight. */
-__kernel void sensor_ray_counts(__global const uint* owner, __global const float* weight, __global const float* total,
-                                float rays, uint least, __global uint* counts, uint pairs, uint patches) {
-  const uint i = get_global_id(0);
-  if (i >= pairs) return;
-  const float w = weight[i];
-  counts[i] = w > 0 ? least + (uint)(rays * (w / total[owner[i] / patches])) : 0u;
-}
 
 /* 32 bits well mixed from 32 (finaliser of MurmurHash3). */
 uint mixed(uint x) {
@@ -88,105 +30,6 @@ uint mixed(uint x) {
 /* In [0, 1), from units of 2^-32. */
 REAL unit_of(uint x) { return ((REAL)(x >> 8) + CLRAD_R(0.5)) / 16777216; }
 
-/* A point of a quadrilateral as seen from a receiver. */
-typedef struct aim {
-  clrad_vector x;  /* from the receiver */
-  REAL u, v;       /* bilinear in the quadrilateral's corners */
-  REAL above;      /* sine of its height above the receiver's horizon */
-  REAL weight;     /* kernel x area / density of such points, without `above` */
-} aim;
-
-#ifdef CLRAD_FP64
-typedef double4 clrad_four;
-#else
-typedef float4 clrad_four;
-#endif
-
-/* Of a bilinear function by its values at the corners: at the middles of the four quarters; quarter k is at corner k. */
-static inline clrad_four at_quarters(REAL c0, REAL c1, REAL c2, REAL c3) {
-  const clrad_four c = (clrad_four)(c0, c1, c2, c3);
-  return (9 * c + 3 * (c.yzwx + c.wxyz) + c.zwxy) / 16;
-}
-
-/* The values at the corners of quarter q of a bilinear function with those of the whole. */
-static inline clrad_four quarter_of(clrad_four c, int q) {
-  const clrad_four edge = (c + c.yzwx) / 2; /* k: between corners k and k + 1 */
-  const REAL middle = (edge.x + edge.z) / 2;
-  if (q == 0) return (clrad_four)(c.x, edge.x, middle, edge.w);
-  if (q == 1) return (clrad_four)(edge.x, c.y, edge.y, middle);
-  if (q == 2) return (clrad_four)(middle, edge.y, c.z, edge.z);
-  return (clrad_four)(edge.w, middle, edge.z, c.w);
-}
-
-static inline REAL bilinear_at(clrad_four c, REAL u, REAL v) {
-  return (1 - v) * ((1 - u) * c.x + u * c.y) + v * ((1 - u) * c.w + u * c.z);
-}
-
-#define NEAR CLRAD_R(0.25)  /* parts whose diagonal's square is less than this x their distance's are not divided */
-#define MOST_LEVELS 12
-
-/* A point for (u, v) in the unit square, denser where the kernel is higher: down a quadtree of parts, each of which gets as
- * much of the square as it may have of the kernel (Clarberg et al. 2005). r: corners from the receiver; up: the receiver's normal, n: the
- * quadrilateral's. */
-static aim aimed(const clrad_vector* r, clrad_vector up, clrad_vector n, REAL u, REAL v) {
-  clrad_four x = (clrad_four)(r[0].x, r[1].x, r[2].x, r[3].x), y = (clrad_four)(r[0].y, r[1].y, r[2].y, r[3].y),
-             z = (clrad_four)(r[0].z, r[1].z, r[2].z, r[3].z);
-  clrad_four height = up.x * x + up.y * y + up.z * z;
-  const clrad_vector e01 = clrad_minus(r[1], r[0]), e32 = clrad_minus(r[2], r[3]);
-  const clrad_vector e03 = clrad_minus(r[3], r[0]), e12 = clrad_minus(r[2], r[1]);
-  /* Area per parameter area; bilinear, too. */
-  clrad_four area = (clrad_four)(clrad_dot(n, clrad_cross(e01, e03)), clrad_dot(n, clrad_cross(e01, e12)),
-                                 clrad_dot(n, clrad_cross(e32, e12)), clrad_dot(n, clrad_cross(e32, e03)));
-  if (!(area.x + area.y + area.z + area.w > 0)) area = 1; /* lost in rounding: the same all over */
-  const clrad_vector a = clrad_minus(r[2], r[0]), b = clrad_minus(r[3], r[1]);
-  const REAL a2 = clrad_dot(a, a), b2 = clrad_dot(b, b);
-  REAL d2 = a2 > b2 ? a2 : b2, u0 = 0, v0 = 0, width = 1, chance = 1;
-  for (int level = 0; level < MOST_LEVELS; level++) {
-    const REAL mx = (x.x + x.y + x.z + x.w) / 4, my = (y.x + y.y + y.z + y.w) / 4, mz = (z.x + z.y + z.z + z.w) / 4;
-    if (d2 <= NEAR * (mx * mx + my * my + mz * mz)) break;
-    d2 /= 4;
-    const clrad_four qx = at_quarters(x.x, x.y, x.z, x.w), qy = at_quarters(y.x, y.y, y.z, y.w),
-                     qz = at_quarters(z.x, z.y, z.z, z.w);
-    const clrad_four over = fmax(height, (REAL)0), edge = fmax((height + height.yzwx) / 2, (REAL)0);
-    const REAL middle = fmax((height.x + height.y + height.z + height.w) / 4, (REAL)0);
-    const clrad_four q = qx * qx + qy * qy + qz * qz + d2 / 16;
-    const clrad_four weight = ((over + edge + edge.wxyz + middle) / q) *
-                              (fmax(at_quarters(area.x, area.y, area.z, area.w), (REAL)0) / q);
-    const REAL left = weight.x + weight.w, all = left + weight.y + weight.z;
-    if (!(all > 0)) break;
-    /* u may be 1 (rounding): a half without weight is never chosen. */
-    const int right = left < all && u * all >= left;
-    const REAL column = right ? all - left : left, low = right ? weight.y : weight.x;
-    const REAL both = low + (right ? weight.z : weight.w);
-    if (!(both > 0)) break;
-    const int top = low < both && v * both >= low;
-    const REAL row = top ? both - low : low;
-    u = fmin((right ? u * all - left : u * all) / column, (REAL)1);
-    v = fmin((top ? v * both - low : v * both) / row, (REAL)1);
-    chance *= 4 * (column / all) * (row / both);
-    width /= 2;
-    u0 += right ? width : 0;
-    v0 += top ? width : 0;
-    const int chosen = top ? (right ? 2 : 3) : (right ? 1 : 0);
-    x = quarter_of(x, chosen);
-    y = quarter_of(y, chosen);
-    z = quarter_of(z, chosen);
-    height = quarter_of(height, chosen);
-    area = quarter_of(area, chosen);
-  }
-  aim p;
-  p.x = clrad_make(bilinear_at(x, u, v), bilinear_at(y, u, v), bilinear_at(z, u, v));
-  p.u = u0 + width * u;
-  p.v = v0 + width * v;
-  const REAL r2 = clrad_dot(p.x, p.x), distance = sqrt(r2);
-  /* The same all over the plane. Where rounding loses it the factor knows better, and only that it is the same matters. */
-  const REAL toward = -clrad_dot(n, r[0]), facing = toward > 0 ? toward : CLRAD_R(1e-6) * distance;
-  p.above = distance > 0 ? bilinear_at(height, u, v) / distance : 0;
-  /* In this order nothing overflows or underflows at 1e-12 of the frame, where r2 r2 would. */
-  p.weight = distance > 0 ? (facing / distance) * (bilinear_at(area, u, v) / r2) / chance : 0;
-  return p;
-}
-
 static CLRAD_POINT_T point_at(CLRAD_POINT_T on, CLRAD_POINT_T from, clrad_vector x) {
   on.x = from.x + x.x;
   on.x_lo = (from.x - on.x) + x.x + from.x_lo;
@@ -199,30 +42,94 @@ static CLRAD_POINT_T point_at(CLRAD_POINT_T on, CLRAD_POINT_T from, clrad_vector
 
 static uint hash_of(uint seed, uint sensor, uint patch) { return mixed(seed ^ mixed(sensor ^ mixed(patch))); }
 
+/* Of each lane: a quadrilateral's corners from a receiver, both normals, and a point of the unit square. */
+typedef struct lane_aims {
+  REAL r[12][CLRAD_WIDTH], up[3][CLRAD_WIDTH], n[3][CLRAD_WIDTH], u[CLRAD_WIDTH], v[CLRAD_WIDTH];
+} lane_aims;
+
+static inline void set_lane(lane_aims* a, uint lane, __global const CLRAD_POINT_T* corner, CLRAD_POINT_T from) {
+  for (uint k = 0; k < 4; k++) {
+    const clrad_vector r = corner_from(corner[k], from);
+    a->r[3 * k][lane] = r.x;
+    a->r[3 * k + 1][lane] = r.y;
+    a->r[3 * k + 2][lane] = r.z;
+  }
+  a->up[0][lane] = from.nx;
+  a->up[1][lane] = from.ny;
+  a->up[2][lane] = from.nz;
+  a->n[0][lane] = corner->nx;
+  a->n[1][lane] = corner->ny;
+  a->n[2][lane] = corner->nz;
+}
+
+static inline void copy_lane(lane_aims* a, uint from, uint to) {
+  for (uint k = 0; k < 12; k++) a->r[k][to] = a->r[k][from];
+  for (uint k = 0; k < 3; k++) {
+    a->up[k][to] = a->up[k][from];
+    a->n[k][to] = a->n[k][from];
+  }
+}
+
+static inline clrad_vectors load_vectors(REAL (*a)[CLRAD_WIDTH]) {
+  const clrad_vectors v = {CLRAD_LOAD(a[0]), CLRAD_LOAD(a[1]), CLRAD_LOAD(a[2])};
+  return v;
+}
+
+/* Points of them, lane by lane. */
+typedef struct lane_points {
+  REAL x[CLRAD_WIDTH], y[CLRAD_WIDTH], z[CLRAD_WIDTH], u[CLRAD_WIDTH], v[CLRAD_WIDTH], above[CLRAD_WIDTH], weight[CLRAD_WIDTH];
+} lane_points;
+
+static inline void aim_lanes(lane_aims* a, lane_points* p) {
+  const clrad_vectors r[4] = {load_vectors(a->r), load_vectors(a->r + 3), load_vectors(a->r + 6), load_vectors(a->r + 9)};
+  const aims all = aimed(r, load_vectors(a->up), load_vectors(a->n), CLRAD_LOAD(a->u), CLRAD_LOAD(a->v));
+  CLRAD_STORE(all.x.x, p->x);
+  CLRAD_STORE(all.x.y, p->y);
+  CLRAD_STORE(all.x.z, p->z);
+  CLRAD_STORE(all.u, p->u);
+  CLRAD_STORE(all.v, p->v);
+  CLRAD_STORE(all.above, p->above);
+  CLRAD_STORE(all.weight, p->weight);
+}
+
 /* Ends of the rays, their weights and where in the patch they are: place[2 ray]. Points follow the R2 sequence (Roberts 2018),
  * shifted at random for each pair: any number of rays is spread evenly; done[pair] are there already. Where a ray's end lies below the
- * horizon it has next to no weight, and where all do they speak for the sliver that does not. */
+ * horizon it has next to no weight, and where all do they speak for the sliver that does not. Work-item: CLRAD_WIDTH rays. */
 __kernel void sensor_rays(__global const CLRAD_POINT_T* sensors, __global const CLRAD_POINT_T* corners,
                           __global const uint* pair_owner, __global const uint* done, __global const uint* ray_owner,
                           __global const uint* ray_rank, __global CLRAD_POINT_T* origins, __global CLRAD_POINT_T* ends,
                           __global REAL* weight, __global REAL* place, uint first, uint rays, uint patches, uint seed) {
-  const uint i = get_global_id(0);
-  if (i >= rays) return;
-  const uint pair = ray_owner[i], patch = pair_owner[pair] % patches;
-  const uint sensor = first + pair_owner[pair] / patches;
-  const CLRAD_POINT_T s = sensors[sensor];
-  const uint hash = hash_of(seed, sensor, patch), number = done[pair] + ray_rank[i] + 1;
-  __global const CLRAD_POINT_T* c = corners + 4 * (ulong)patch;
-  clrad_vector r[4];
-  for (int k = 0; k < 4; k++) r[k] = corner_from(c[k], s);
-  const aim p = aimed(r, clrad_make(s.nx, s.ny, s.nz), clrad_make(c[0].nx, c[0].ny, c[0].nz),
-                      unit_of(hash + number * 3242174889u), unit_of(mixed(hash) + number * 2447445414u));
+  const uint begin = get_global_id(0) * CLRAD_WIDTH;
+  if (begin >= rays) return;
+  const uint lanes = min(rays - begin, (uint)CLRAD_WIDTH);
+  lane_aims a;
+  uint hash = 0, last = CLRAD_NONE; /* rays of a pair follow each other */
+  for (uint lane = 0; lane < CLRAD_WIDTH; lane++) {
+    const uint i = begin + min(lane, lanes - 1), pair = ray_owner[i];
+    if (pair != last) {
+      const uint patch = pair_owner[pair] % patches, sensor = first + pair_owner[pair] / patches;
+      hash = hash_of(seed, sensor, patch);
+      set_lane(&a, lane, corners + 4 * (ulong)patch, sensors[sensor]);
+      last = pair;
+    } else {
+      copy_lane(&a, lane - 1, lane);
+    }
+    const uint number = done[pair] + ray_rank[i] + 1;
+    a.u[lane] = unit_of(hash + number * 3242174889u);
+    a.v[lane] = unit_of(mixed(hash) + number * 2447445414u);
+  }
+  lane_points p;
+  aim_lanes(&a, &p);
   const REAL least = CLRAD_R(1e-6);
-  weight[i] = p.weight * (p.above > least ? p.above : least);
-  place[2 * i] = p.u;
-  place[2 * i + 1] = p.v;
-  origins[i] = s;
-  ends[i] = point_at(c[0], s, p.x);
+  for (uint lane = 0; lane < lanes; lane++) {
+    const uint i = begin + lane, owner = pair_owner[ray_owner[i]];
+    const CLRAD_POINT_T s = sensors[first + owner / patches];
+    weight[i] = p.weight[lane] * (p.above[lane] > least ? p.above[lane] : least);
+    place[2 * i] = p.u[lane];
+    place[2 * i + 1] = p.v[lane];
+    origins[i] = s;
+    ends[i] = point_at(corners[4 * (ulong)(owner % patches)], s, clrad_make(p.x[lane], p.y[lane], p.z[lane]));
+  }
 }
 
 /* 1 where a ray has nothing to ask: it is blocked, or its end reflects nothing. reflects[patch]. */
@@ -236,27 +143,12 @@ __kernel void sensor_idle(__global const uint* pair_owner, __global const uint* 
 /* A lamp, as REALs: middle, radius, power (area x E, bands summed). */
 #define LAMP_SIZE 5
 
-/* Which lamp each ray's end asks, and where: target[ray] and asks[ray] = 1, or 0 where no lamp may shine. light[ray] is the irradiance
- * that its lamp brings for E = 1 if nothing is in the way, over the chance that it was chosen; lamp[ray] which one. lamp_corners[4 lamp + k].
- * One number of a sequence of its own chooses, by bounds of what lamps bring; two more place the point (Roberts 2018, R3). */
-__kernel void sensor_lamps(__global const CLRAD_POINT_T* ends, __global const uint* pair_owner, __global const uint* done,
-                           __global const uint* ray_owner, __global const uint* ray_rank, __global const uint* idle,
-                           __global const CLRAD_POINT_T* lamp_corners, __global const REAL* lamps, uint lamp_count,
-                           __global CLRAD_POINT_T* targets, __global uint* asks, __global uint* lamp,
-                           __global REAL* light, uint colours, uint first, uint rays, uint patches, uint seed) {
-  const uint i = get_global_id(0);
-  if (i >= rays) return;
-  asks[i] = 0;
-  lamp[i] = 0;
-  for (uint c = 0; c < colours; c++) light[(ulong)c * rays + i] = 0;
-  if (idle[i]) return;
-  const uint pair = ray_owner[i], owner = pair_owner[pair];
-  const uint hash = mixed(hash_of(seed, first + owner / patches, owner % patches) ^ 0x9e3779b9u);
-  const uint number = done[pair] + ray_rank[i] + 1;
-  REAL choice = unit_of(hash + number * 3518319155u);
-  const CLRAD_POINT_T e = ends[i];
+/* The lamp that a ray's end asks, by bounds of what lamps bring, and one over the chance that it was chosen; CLRAD_NONE: no lamp may shine. choice is in
+ * [0, 1). */
+static uint chosen_lamp(CLRAD_POINT_T e, REAL choice, __global const CLRAD_POINT_T* lamp_corners, __global const REAL* lamps,
+                        uint lamp_count, REAL* per_chance) {
   const clrad_vector up = clrad_make(e.nx, e.ny, e.nz);
-  REAL all = 0, chosen_weight = 0;
+  REAL all = 0, chosen_weight = 1;
   uint chosen = CLRAD_NONE;
   for (uint l = 0; l < lamp_count; l++) {
     __global const REAL* record = lamps + LAMP_SIZE * l;
@@ -280,18 +172,60 @@ __kernel void sensor_lamps(__global const CLRAD_POINT_T* ends, __global const ui
       choice = (choice - share) / (1 - share);
     }
   }
-  if (chosen == CLRAD_NONE) return;
-  __global const CLRAD_POINT_T* c = lamp_corners + 4 * (ulong)chosen;
-  clrad_vector r[4];
-  for (int k = 0; k < 4; k++) r[k] = corner_from(c[k], e);
-  const aim p = aimed(r, up, clrad_make(c[0].nx, c[0].ny, c[0].nz), unit_of(mixed(hash) + number * 2882110345u),
-                      unit_of(mixed(mixed(hash)) + number * 2360945575u));
-  const REAL brings = p.above > 0 ? p.above * p.weight * (CLRAD_R(0.31830988618379067) * (all / chosen_weight)) : 0;
-  if (!(brings > 0)) return;
-  targets[i] = point_at(c[0], e, p.x);
-  asks[i] = 1;
-  lamp[i] = chosen;
-  light[i] = brings;
+  *per_chance = all / chosen_weight;
+  return chosen;
+}
+
+/* Which lamp each ray's end asks, and where: target[ray] and asks[ray] = 1, or 0 where no lamp may shine. light[ray] is the irradiance
+ * that its lamp brings for E = 1 if nothing is in the way, over the chance that it was chosen; lamp[ray] which one. lamp_corners[4 lamp + k].
+ * One number of a sequence of its own chooses; two more place the point (Roberts 2018, R3). Work-item: CLRAD_WIDTH rays. */
+__kernel void sensor_lamps(__global const CLRAD_POINT_T* ends, __global const uint* pair_owner, __global const uint* done,
+                           __global const uint* ray_owner, __global const uint* ray_rank, __global const uint* idle,
+                           __global const CLRAD_POINT_T* lamp_corners, __global const REAL* lamps, uint lamp_count,
+                           __global CLRAD_POINT_T* targets, __global uint* asks, __global uint* lamp,
+                           __global REAL* light, uint colours, uint first, uint rays, uint patches, uint seed) {
+  const uint begin = get_global_id(0) * CLRAD_WIDTH;
+  if (begin >= rays) return;
+  const uint lanes = min(rays - begin, (uint)CLRAD_WIDTH);
+  lane_aims a;
+  uint which[CLRAD_WIDTH], some = CLRAD_NONE;
+  REAL per_chance[CLRAD_WIDTH];
+  for (uint lane = 0; lane < lanes; lane++) {
+    const uint i = begin + lane;
+    which[lane] = CLRAD_NONE;
+    asks[i] = 0;
+    lamp[i] = 0;
+    for (uint c = 0; c < colours; c++) light[(ulong)c * rays + i] = 0;
+    if (idle[i]) continue;
+    const uint pair = ray_owner[i], owner = pair_owner[pair];
+    const uint hash = mixed(hash_of(seed, first + owner / patches, owner % patches) ^ 0x9e3779b9u);
+    const uint number = done[pair] + ray_rank[i] + 1;
+    which[lane] = chosen_lamp(ends[i], unit_of(hash + number * 3518319155u), lamp_corners, lamps, lamp_count, per_chance + lane);
+    if (which[lane] == CLRAD_NONE) continue;
+    set_lane(&a, lane, lamp_corners + 4 * (ulong)which[lane], ends[i]);
+    a.u[lane] = unit_of(mixed(hash) + number * 2882110345u);
+    a.v[lane] = unit_of(mixed(mixed(hash)) + number * 2360945575u);
+    some = lane;
+  }
+  if (some == CLRAD_NONE) return;
+  for (uint lane = 0; lane < CLRAD_WIDTH; lane++)
+    if (lane >= lanes || which[lane] == CLRAD_NONE) {
+      copy_lane(&a, some, lane);
+      a.u[lane] = a.v[lane] = 0;
+    }
+  lane_points p;
+  aim_lanes(&a, &p);
+  for (uint lane = 0; lane < lanes; lane++) {
+    if (which[lane] == CLRAD_NONE) continue;
+    const uint i = begin + lane;
+    const REAL brings =
+        p.above[lane] > 0 ? p.above[lane] * p.weight[lane] * (CLRAD_R(0.31830988618379067) * per_chance[lane]) : 0;
+    if (!(brings > 0)) continue;
+    targets[i] = point_at(lamp_corners[4 * (ulong)which[lane]], ends[i], clrad_make(p.x[lane], p.y[lane], p.z[lane]));
+    asks[i] = 1;
+    lamp[i] = which[lane];
+    light[i] = brings;
+  }
 }
 
 /* What glass lets pass, or nothing where something is in the way: asking[k] is the k-th ray that asks. */
