@@ -11,8 +11,11 @@ namespace clrad {
 namespace {
 
 constexpr const char* serial_kernels = "visibility/serial.cl";
-// Below this many the samples take the lanes, if there are more of them: the widest packet.
-constexpr std::uint32_t few_origins = 16;
+// Below few_origins (FEW in the kernels, the widest packet) the lanes hold triangles: as origins would leave
+// some of them empty, and share what depends on the triangle among too few. Among many triangles, where a ray
+// comes close to few of those in a packet, that is the faster way up to some_origins.
+constexpr std::uint32_t few_origins = 16, some_origins = 64, many_triangles = 4096;
+constexpr std::uint64_t packet_floats = 17;  // PACKET_FLOATS of kernels/shared/block.cl
 
 class Serial final : public VisibilityEngine {
  public:
@@ -30,8 +33,8 @@ class Serial final : public VisibilityEngine {
     if (segments.origin_count == 0) return;
     if (segments.samples == 0)
       occluded_pairs(segments, masks);
-    else if (segments.origin_count < few_origins && segments.samples > segments.origin_count)
-      occluded_turned(segments, masks);
+    else if (segments.origin_count < (occluders_.count < many_triangles ? few_origins : some_origins))
+      occluded_few(segments, masks);
     else
       occluded_samples(segments, masks);
     count(segments);
@@ -61,6 +64,7 @@ class Serial final : public VisibilityEngine {
   Occluders occluders_;
   Array<std::uint32_t> exact_;
   Array<std::uint32_t> parts_;
+  Array<float> packets_;
   VisibilityCounts counts_;
 
   unsigned width() const { return device_.options().packet_width; }
@@ -100,24 +104,33 @@ class Serial final : public VisibilityEngine {
     const std::uint32_t runs = ranges(s);
     auto& out = runs == 1 ? masks : parts(std::uint64_t(runs) * s.origin_count * words);
     device_.run_local(serial_kernels, "serial_occluded", items * runs, local(), s.origins->buffer(),
-                      active(s), use_active(s), s.origin_count, s.targets->buffer(), s.targets->buffer(), 0u,
-                      s.samples, words, occluders_.triangles, occluders_.facets, occluders_.count, runs, out,
+                      active(s), use_active(s), s.origin_count, s.targets->buffer(), s.samples, words,
+                      occluders_.triangles, occluders_.facets, occluders_.count, runs, out, exact_);
+    if (runs > 1) merge(s.origin_count * words, runs, masks);
+  }
+
+  void occluded_few(const Segments& s, Array<std::uint32_t>& masks) {
+    const std::uint32_t words = s.words_per_origin();
+    const std::uint64_t items = (std::uint64_t(s.origin_count) + few_origins - 1) / few_origins * words;
+    const std::uint32_t runs = ranges(s);
+    auto& out = runs == 1 ? masks : parts(std::uint64_t(runs) * s.origin_count * words);
+    device_.run_local(serial_kernels, "serial_occluded_few", items * runs, local(), s.origins->buffer(),
+                      active(s), use_active(s), s.origin_count, s.targets->buffer(), s.samples, words,
+                      occluders_.triangles, occluders_.facets, packets(), occluders_.count, runs, out,
                       exact_);
     if (runs > 1) merge(s.origin_count * words, runs, masks);
   }
 
-  // Fewer origins than lanes: samples take the lanes.
-  void occluded_turned(const Segments& s, Array<std::uint32_t>& masks) {
-    const std::uint32_t words = s.words_per_origin(), origin_words = (s.origin_count + 31) / 32;
-    const std::uint64_t items = tiles(s.samples) * origin_words;
-    const std::uint32_t runs = ranges(s), count = s.origin_count * words;
-    auto& out = parts(std::uint64_t(runs) * s.samples * origin_words);
-    device_.run_local(serial_kernels, "serial_occluded", items * runs, local(), s.targets->buffer(),
-                      s.targets->buffer(), 0u, s.samples, s.origins->buffer(), active(s), use_active(s),
-                      s.origin_count, origin_words, occluders_.triangles, occluders_.facets, occluders_.count,
-                      runs, out, exact_);
-    device_.run(serial_kernels, "serial_merge_turned", count, count, runs, s.samples, words, origin_words,
-                out, masks);
+  // The triangles in the lanes' layout, made when it is first asked for.
+  const Array<float>& packets() {
+    if (packets_.size() == 0) {
+      const std::uint32_t count = std::max(1u, occluders_.count);  // a device has no empty buffers
+      const std::uint64_t lanes = tiles(count) * width();
+      packets_ = Array<float>(device_, lanes * packet_floats, "packets of occluders");
+      device_.run(serial_kernels, "serial_packets", lanes, std::uint32_t(lanes), count, occluders_.triangles,
+                  occluders_.facets, packets_);
+    }
+    return packets_;
   }
 
   // A work-item already fills the vector unit, and goes over all triangles: on a CPU groups of one spread

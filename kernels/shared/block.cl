@@ -31,6 +31,28 @@ typedef CLRAD_PASTE(uint, CLRAD_WIDTH) clrad_uints;
 #define BLOCK_VOLUME_ERROR 0x1.ap-20f /* 26u */
 #define BLOCK_PLANE_ERROR 0x1.4p-21f  /* 10u */
 
+/* Writes lane i % CLRAD_WIDTH of block i / CLRAD_WIDTH. */
+static inline void put_lane(clrad_triangle t, clrad_facet f, __global float* packets, uint i) {
+  __global float* p = packets + (size_t)(i / CLRAD_WIDTH) * (PACKET_FLOATS * CLRAD_WIDTH) + i % CLRAD_WIDTH;
+  p[0 * CLRAD_WIDTH] = t.x0;
+  p[1 * CLRAD_WIDTH] = t.y0;
+  p[2 * CLRAD_WIDTH] = t.z0;
+  p[3 * CLRAD_WIDTH] = t.x0_lo;
+  p[4 * CLRAD_WIDTH] = t.y0_lo;
+  p[5 * CLRAD_WIDTH] = t.z0_lo;
+  p[6 * CLRAD_WIDTH] = f.e0x;
+  p[7 * CLRAD_WIDTH] = f.e0y;
+  p[8 * CLRAD_WIDTH] = f.e0z;
+  p[9 * CLRAD_WIDTH] = f.e2x;
+  p[10 * CLRAD_WIDTH] = f.e2y;
+  p[11 * CLRAD_WIDTH] = f.e2z;
+  p[12 * CLRAD_WIDTH] = f.nx;
+  p[13 * CLRAD_WIDTH] = f.ny;
+  p[14 * CLRAD_WIDTH] = f.nz;
+  p[15 * CLRAD_WIDTH] = f.edge_size;
+  p[16 * CLRAD_WIDTH] = f.normal_size;
+}
+
 typedef struct ray_data {
   float ax, ay, az, ax_lo, ay_lo, az_lo;
   float dx, dy, dz;

@@ -56,23 +56,7 @@ __kernel void chop_packets(uint lanes, __global const uint* triangle,
   clrad_triangle t = triangles[k];
   clrad_facet f = facets[k];
   plane[i] = t.plane;
-  p[0 * CLRAD_WIDTH] = t.x0;
-  p[1 * CLRAD_WIDTH] = t.y0;
-  p[2 * CLRAD_WIDTH] = t.z0;
-  p[3 * CLRAD_WIDTH] = t.x0_lo;
-  p[4 * CLRAD_WIDTH] = t.y0_lo;
-  p[5 * CLRAD_WIDTH] = t.z0_lo;
-  p[6 * CLRAD_WIDTH] = f.e0x;
-  p[7 * CLRAD_WIDTH] = f.e0y;
-  p[8 * CLRAD_WIDTH] = f.e0z;
-  p[9 * CLRAD_WIDTH] = f.e2x;
-  p[10 * CLRAD_WIDTH] = f.e2y;
-  p[11 * CLRAD_WIDTH] = f.e2z;
-  p[12 * CLRAD_WIDTH] = f.nx;
-  p[13 * CLRAD_WIDTH] = f.ny;
-  p[14 * CLRAD_WIDTH] = f.nz;
-  p[15 * CLRAD_WIDTH] = f.edge_size;
-  p[16 * CLRAD_WIDTH] = f.normal_size;
+  put_lane(t, f, packets, i);
 }
 
 /* ---- cutting */

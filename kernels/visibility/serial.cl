@@ -1,26 +1,26 @@
 /* Object-serial / ray-parallel visibility (Drucker & Schroeder, section 1.3.1): every work-item holds CLRAD_WIDTH rays
- * in vectors and goes over all triangles, which are read as scalars. No structure, no candidates, no early out but for
- * rays that are blocked already: the baseline that the other engines are measured against, at the speed the device's
- * arithmetic allows.
+ * in vectors and goes over all triangles, which are read as scalars; with few origins vectors hold triangles instead. No
+ * structure, no candidates, no early out but for rays that are blocked already: the baseline that the other engines are
+ * measured against, at the speed the device's arithmetic allows.
  *
  * Tests are those of shared/triangle.cl, in vectors; pairs that the floats cannot tell go to shared/predicate.cl, one
  * lane at a time. `exact` (two words) counts them.
  */
+#include "shared/block.cl"
 #include "shared/packet.cl"
 #include "shared/packet_test.cl"
 #include "shared/triangle.cl"
 
 #define CHUNK 16 /* samples kept at a time; a power of two, at least the widest packet, at most 32 */
+#define FEW 16   /* origins for which CLRAD_WIDTH triangles are loaded once */
 
 /* Occlusion bits of CLRAD_WIDTH origins against 32 samples by one of `ranges` runs of triangles; work-item = (run, tile of
  * origins, word of samples), so that few rays among many triangles keep a device busy, too.
  * Lanes are origins. What depends on (origin, triangle) alone is computed once for CHUNK samples, and a sample's side
- * of the triangle's plane once for all lanes: the rest is three dot products a ray. Both lists may be chosen from:
- * V(a, b) = V(b, a), so few origins with many samples are asked for the other way round.
+ * of the triangle's plane once for all lanes: the rest is three dot products a ray.
  * pre: samples > 0, words = ceil(samples / 32). post: masks[(range * origin_count + origin) * words + word], unused bits 0. */
 __kernel void serial_occluded(__global const CLRAD_POINT_T* origins, __global const uint* active, uint use_active,
-                              uint origin_count, __global const CLRAD_POINT_T* targets,
-                              __global const uint* active_targets, uint use_active_targets, uint samples, uint words,
+                              uint origin_count, __global const CLRAD_POINT_T* targets, uint samples, uint words,
                               __global const clrad_triangle* triangles, __global const clrad_facet* facets,
                               uint triangle_count, uint ranges, __global uint* masks, volatile __global uint* exact) {
   const uint tiles = (origin_count + CLRAD_WIDTH - 1) / CLRAD_WIDTH;
@@ -62,7 +62,7 @@ __kernel void serial_occluded(__global const CLRAD_POINT_T* origins, __global co
     int one_plane = 1;
     for (uint k = 0; k < CHUNK; ++k) {
       const uint sample = first + begin + min(k, in_chunk - 1);
-      __global const CLRAD_POINT_T* p = targets + (use_active_targets ? active_targets[sample] : sample);
+      __global const CLRAD_POINT_T* p = targets + sample;
       const clrad_end s = clrad_snap_point(p);
       b[0][k] = s.x;
       b[1][k] = s.y;
@@ -174,26 +174,134 @@ __kernel void serial_occluded(__global const CLRAD_POINT_T* origins, __global co
   clrad_count(exact, undecided_count);
 }
 
+/* Triangles in blocks as shared/block.cl has them. Work-item = lane; those past the last triangle repeat it.
+ * pre: triangle_count > 0. */
+__kernel void serial_packets(uint lanes, uint triangle_count, __global const clrad_triangle* triangles,
+                             __global const clrad_facet* facets, __global float* packets) {
+  const uint i = get_global_id(0);
+  if (i >= lanes) return;
+  const uint chosen = min(i, triangle_count - 1u);
+  put_lane(triangles[chosen], facets[chosen], packets, i);
+}
+
+/* What serial_occluded answers, for few origins: lanes are triangles. However few the rays, no lane is idle, loads and what
+ * depends on (origin, triangle) alone are shared by a whole vector, and a pair is three dot products without a branch: only
+ * one whose volumes do not surely have both signs goes on, to the scalar test.
+ * Volumes are those of shared/block.cl as D . (e x A), which has the same bound (shared/triangle.cl, step 3); it is taken for
+ * the longest D of the chunk's samples. A ray meets triangles in their order, whatever the width, so `exact` does not depend
+ * on it. Work-item = (run, tile of FEW origins, word of samples). pre and post: those of serial_occluded; packets: see
+ * serial_packets. */
+__kernel void serial_occluded_few(__global const CLRAD_POINT_T* origins, __global const uint* active, uint use_active,
+                                  uint origin_count, __global const CLRAD_POINT_T* targets, uint samples, uint words,
+                                  __global const clrad_triangle* triangles, __global const clrad_facet* facets,
+                                  __global const float* packets, uint triangle_count, uint ranges, __global uint* masks,
+                                  volatile __global uint* exact) {
+  const uint tiles = (origin_count + FEW - 1) / FEW;
+  const ulong item = get_global_id(0);
+  const uint range = (uint)(item / ((ulong)tiles * words)), rest = (uint)(item - (ulong)range * tiles * words);
+  if (range >= ranges) return;
+  const uint tile = rest / words, word = rest % words;
+  const uint units = (triangle_count + CHUNK - 1) / CHUNK; /* runs begin with a packet, however wide */
+  const uint first_triangle = CHUNK * (uint)((ulong)units * range / ranges);
+  const uint last_triangle = min(triangle_count, CHUNK * (uint)((ulong)units * (range + 1) / ranges));
+  const uint first_origin = tile * FEW, in_tile = min(origin_count - first_origin, (uint)FEW);
+  const uint first = word * 32, in_word = min(samples - first, 32u);
+
+  clrad_end a[FEW];
+  uint result[FEW];
+  for (uint o = 0; o < in_tile; ++o) {
+    a[o] = clrad_snap_point(origins + (use_active ? active[first_origin + o] : first_origin + o));
+    result[o] = 0;
+  }
+  uint undecided_count = 0;
+  for (uint begin = 0; begin < in_word; begin += CHUNK) {
+    const uint in_chunk = min(in_word - begin, (uint)CHUNK);
+    clrad_end b[CHUNK];
+    for (uint k = 0; k < in_chunk; ++k) b[k] = clrad_snap_point(targets + first + begin + k);
+    float d[FEW][3][CHUNK], size[FEW], length[FEW];
+    uint todo[FEW], unfinished = in_tile; /* bit k of todo: sample k is not known to be blocked */
+    for (uint o = 0; o < in_tile; ++o) {
+      size[o] = length[o] = 0.0f;
+      todo[o] = (1u << in_chunk) - 1u;
+      for (uint k = 0; k < in_chunk; ++k) {
+        const float x = CLRAD_DIFFERENCE(b[k].x, b[k].x_lo, a[o].x, a[o].x_lo);
+        const float y = CLRAD_DIFFERENCE(b[k].y, b[k].y_lo, a[o].y, a[o].y_lo);
+        const float z = CLRAD_DIFFERENCE(b[k].z, b[k].z_lo, a[o].z, a[o].z_lo);
+        d[o][0][k] = x;
+        d[o][1][k] = y;
+        d[o][2][k] = z;
+        const float mx = fabs(x), my = fabs(y), mz = fabs(z), mxy = CLRAD_MAX(mx, my), most = CLRAD_MAX(mxy, mz);
+        const float sum = CLRAD_NORM_1(x, y, z);
+        size[o] = CLRAD_MAX(size[o], most);
+        length[o] = CLRAD_MAX(length[o], sum);
+      }
+    }
+
+    for (uint i = first_triangle; i < last_triangle && unfinished != 0; i += CLRAD_WIDTH) {
+      const clrad_ints there = CLRAD_IS(CLRAD_LANES < (int)min(last_triangle - i, (uint)CLRAD_WIDTH));
+      __global const float* q = packets + (size_t)(i / CLRAD_WIDTH) * (PACKET_FLOATS * CLRAD_WIDTH);
+      const clrad_floats e0x = LOAD_FLOATS(6, q), e0y = LOAD_FLOATS(7, q), e0z = LOAD_FLOATS(8, q);
+      const clrad_floats e2x = LOAD_FLOATS(9, q), e2y = LOAD_FLOATS(10, q), e2z = LOAD_FLOATS(11, q);
+      const clrad_floats nx = -LOAD_FLOATS(12, q), ny = -LOAD_FLOATS(13, q), nz = -LOAD_FLOATS(14, q);
+      for (uint o = 0; o < in_tile; ++o) {
+        if (todo[o] == 0) continue;
+        const clrad_floats x = CLRAD_DIFFERENCE(LOAD_FLOATS(0, q), LOAD_FLOATS(3, q), a[o].x, a[o].x_lo);
+        const clrad_floats y = CLRAD_DIFFERENCE(LOAD_FLOATS(1, q), LOAD_FLOATS(4, q), a[o].y, a[o].y_lo);
+        const clrad_floats z = CLRAD_DIFFERENCE(LOAD_FLOATS(2, q), LOAD_FLOATS(5, q), a[o].z, a[o].z_lo);
+        const clrad_floats c0x = CLRAD_CROSS(e0y, e0z, y, z), c0y = CLRAD_CROSS(e0z, e0x, z, x),
+                           c0z = CLRAD_CROSS(e0x, e0y, x, y);
+        const clrad_floats c2x = CLRAD_CROSS(e2y, e2z, y, z), c2y = CLRAD_CROSS(e2z, e2x, z, x),
+                           c2z = CLRAD_CROSS(e2x, e2y, x, y);
+        const clrad_floats error = CLRAD_NORM_1(x, y, z) * LOAD_FLOATS(15, q) * (size[o] * BLOCK_VOLUME_ERROR) +
+                                   LOAD_FLOATS(16, q) * (length[o] * BLOCK_PLANE_ERROR) + size[o] * CLRAD_VOLUME_FLOOR;
+
+        /* Sign bits instead of comparing, as above. Only what all pairs need is in this loop. */
+        clrad_ints outside[CHUNK], all_outside = -1;
+        for (uint left = todo[o]; left != 0; left &= left - 1u) {
+          const uint k = 31u - clz(left & (0u - left));
+          const float dx = d[o][0][k], dy = d[o][1][k], dz = d[o][2][k];
+          const clrad_floats u0 = CLRAD_DOT(c0x, c0y, c0z, dx, dy, dz), u2 = CLRAD_DOT(c2x, c2y, c2z, dx, dy, dz);
+          const clrad_floats u1 = (CLRAD_DOT(nx, ny, nz, dx, dy, dz) - u0) - u2; /* N is negative here */
+          const clrad_floats low = CLRAD_MIN(u0, u1), high = CLRAD_MAX(u0, u1);
+          const clrad_floats least = CLRAD_MIN(low, u2), most = CLRAD_MAX(high, u2);
+          outside[k] = CLRAD_BITS(least + error) & CLRAD_BITS(error - most);
+          all_outside &= outside[k];
+        }
+        if (clrad_bits_of_any(there & ~all_outside) >= 0) continue;
+
+        clrad_ints near = 0; /* bit k: sample k */
+        for (uint left = todo[o]; left != 0; left &= left - 1u) {
+          const uint k = 31u - clz(left & (0u - left));
+          near |= there & ~(outside[k] >> 31) & (int)(1u << k);
+        }
+        for (uint some = (uint)clrad_bits_of_any(near); some != 0; some &= some - 1u) {
+          const uint bit = some & (0u - some), k = 31u - clz(bit);
+          const clrad_segment s = {a[o].x, a[o].y, a[o].z,    a[o].x_lo, a[o].y_lo, a[o].z_lo, b[k].x,
+                                   b[k].y, b[k].z, b[k].x_lo, b[k].y_lo, b[k].z_lo, a[o].plane, b[k].plane};
+          uint lanes = (uint)clrad_bits_of_any(CLRAD_IS((near & (int)bit) != 0) & CLRAD_LANE_BITS(0));
+          for (; lanes != 0; lanes &= lanes - 1u) {
+            const uint chosen = i + 31u - clz(lanes & (0u - lanes));
+            if (!clrad_test(s, triangles[chosen], facets[chosen], &undecided_count)) continue;
+            todo[o] &= ~bit;
+            break;
+          }
+        }
+        unfinished -= todo[o] == 0;
+      }
+    }
+    for (uint o = 0; o < in_tile; ++o) result[o] |= (((1u << in_chunk) - 1u) & ~todo[o]) << begin;
+  }
+  for (uint o = 0; o < in_tile; ++o)
+    masks[((ulong)range * origin_count + first_origin + o) * words + word] = result[o];
+  clrad_count(exact, undecided_count);
+}
+
 /* masks[i] = any of the `ranges` parts of word i; part r of it is parts[r * words + i]. */
 __kernel void serial_merge(uint words, uint ranges, __global const uint* parts, __global uint* masks) {
   const uint i = get_global_id(0);
   if (i >= words) return;
   uint bits = 0;
   for (uint r = 0; r < ranges; ++r) bits |= parts[(ulong)r * words + i];
-  masks[i] = bits;
-}
-
-/* The same when samples and origins have changed places: part r of sample k against origins 32 w, ... is
- * parts[(r * samples + k) * origin_words + w]. Work-item = word i of masks. */
-__kernel void serial_merge_turned(uint count, uint ranges, uint samples, uint words, uint origin_words,
-                                  __global const uint* parts, __global uint* masks) {
-  const uint i = get_global_id(0);
-  if (i >= count) return;
-  const uint origin = i / words, first = i % words * 32u, last = min(first + 32u, samples);
-  uint bits = 0;
-  for (uint r = 0; r < ranges; ++r)
-    for (uint k = first; k < last; ++k)
-      bits |= (parts[((ulong)r * samples + k) * origin_words + origin / 32u] >> (origin % 32u) & 1u) << (k - first);
   masks[i] = bits;
 }
 
