@@ -185,6 +185,25 @@ std::vector<double> missing_light(SolveState& state, const Solution& solution,
   return result;
 }
 
+// By how much what the mesh shows of the light that comes straight from lamps differs from that light, at check points.
+Twice of_lamps(SolveState& state, const Solution& solution, const LampLight& lamps,
+               const std::vector<CheckPoint>& inside, std::uint32_t rays, std::uint64_t seed) {
+  std::vector<Point> at;
+  Values shown{solution.bands, {}, {}};
+  const Displayed displayed(solution, lamps.vertex);
+  for (const CheckPoint& p : inside) {
+    at.push_back(p.point), shown.weight.push_back(p.weight);
+    for (std::uint32_t b = 0; b < solution.bands; ++b) shown.all.push_back(displayed.at(b, p.where));
+  }
+  const PointArray points(state.device, at, "check points");
+  const auto found = [&](std::uint64_t of_seed) {
+    return Values{solution.bands, shown.weight,
+                  gather_of_lamps(state.device, solution, state.engine, lamps, {&points, rays, of_seed, true},
+                                  state.glass, state.direct ? &state.direct->lights : nullptr)};
+  };
+  return {minus(shown, found(seed + 1)), minus(shown, found(seed + 2))};
+}
+
 // A share of the pairs of patch and vertex that the solve traced, and of sensors' rays: first for points, then for rays from each.
 struct Effort {
   std::uint32_t points, rays;
@@ -210,16 +229,23 @@ double of_mesh_and_rays(const std::vector<ErrorPart>& parts) {
 
 // How much of the surfaces' own RMS error a sensor sees beside what check points as far apart as they are resolve: next to an edge the
 // wall beside it is half of what it sees, and off alike. It is off along patches' edges: with more patches it sees less of each, and more
-// averages out. Of wrong form factors nothing does. Where light at the vertices was gathered anew, what was off at theirs is;
-// `./run bench budget`.
+// averages out. Of wrong form factors nothing does. Where light at the vertices was gathered anew, what was off at theirs is, and behind what
+// stands in the way more of that is left; `./run bench budget`.
 double share_of_local(const SolveState& state, bool regathered) {
   constexpr double few = 100;  // patches: each a quarter of a box's edge
   const double share =
       state.options.estimator != Estimator::exact ? 1 : 0.4 * std::min(1.0, std::sqrt(few / state.patches));
-  return regathered ? share * 0.4 * mean_reflectance(state) : share;
+  return regathered ? share * (state.occlusion ? 1.0 : 0.4) * mean_reflectance(state) : share;
 }
 
-void total_up(SolveState& state, Solution& solution, double mean, const std::vector<double>& seen_square,
+// What sensors see: what the light shown at points differs by from what the solution's own brings there, and the RMS of that, relative to
+// the mean.
+struct Seen {
+  std::vector<double> square;  // per band, at the sensors: seen_error_square()
+  double local = 0;
+};
+
+void total_up(SolveState& state, Solution& solution, double mean, const Seen& seen,
               const std::vector<double>& missing, bool regathered) {
   auto& error = solution.report.error;
   double squares = 0;
@@ -228,14 +254,14 @@ void total_up(SolveState& state, Solution& solution, double mean, const std::vec
   error.total_relative = std::sqrt(squares);
   if (solution.sensors.empty() || !(mean > 0)) return;
   const double reflected = mean_reflectance(state);
-  const double local = mean * reflected * share_of_local(state, regathered) * of_mesh_and_rays(error.parts);
+  const double local = mean * reflected * share_of_local(state, regathered) * seen.local;
   double all = 0, rays = 0, irradiance = 0;
   for (SensorResult& sensor : solution.sensors)
     for (std::uint32_t b = 0; b < state.bands; ++b) {
       double& e = sensor.irradiance_error[b];
       rays += e * e, irradiance += sensor.irradiance[b];
       // What is unshot is missing after one more reflection: the first is gathered.
-      e = std::sqrt(e * e + seen_square[b] + std::pow(reflected * missing[b], 2) + local * local);
+      e = std::sqrt(e * e + seen.square[b] + std::pow(reflected * missing[b], 2) + local * local);
       all += e * e;
     }
   const double values = double(solution.sensors.size()) * state.bands;
@@ -333,10 +359,17 @@ void estimate_error(SolveState& state, Solution& solution, const std::vector<dou
   if (relative(mean_over_bands_of_square(missing)) > negligible * of_mesh_and_rays(parts))
     missing = missing_light(state, solution, inside, seed + 3);
   parts.push_back({"convergence", relative(mean_over_bands_of_square(missing)), false});
-  std::vector<double> seen;
-  if (!solution.sensors.empty())
-    seen = seen_error_square(state, solution, inside, everywhere.first.all, everywhere.second.all,
-                             gathered.regathered);
+  Seen seen{{}, of_mesh_and_rays(parts)};
+  if (!solution.sensors.empty()) {
+    // Lamps were asked for anew, so that what the mesh makes of their light is not seen.
+    Twice of_rest = everywhere;
+    if (gathered.regathered && !gathered.lamps.vertex.empty()) {
+      of_rest = minus(everywhere, of_lamps(state, solution, gathered.lamps, inside, rays, seed));
+      seen.local = relative(echo2 * of_rest.error_square(std::vector<double>(bands, 1)));
+    }
+    seen.square = seen_error_square(state, solution, inside, of_rest.first.all, of_rest.second.all,
+                                    gathered.regathered);
+  }
   total_up(state, solution, mean, seen, missing, gathered.regathered);
 }
 

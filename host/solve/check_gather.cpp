@@ -57,6 +57,22 @@ std::vector<std::vector<double>> gather_for_check(Device& device, const Solution
   return results;
 }
 
+std::vector<double> gather_of_lamps(Device& device, const Solution& solution, VisibilityEngine& engine,
+                                    const LampLight& lamps, const CheckGather& check, const Glass* glass,
+                                    Lights* lights) {
+  const std::size_t patches = solution.mesh.patches.size();
+  std::vector<double> emitted(patches * solution.bands, 0);
+  for (const std::uint32_t polygon : lamps.polygons) {
+    const PolygonMesh& of = solution.mesh.polygons[polygon];
+    for (std::uint32_t p = of.first_patch; p < of.first_patch + of.patches; ++p)
+      for (std::uint32_t b = 0; b < solution.bands; ++b)
+        emitted[b * patches + p] = solution.material_of(polygon).emitted_exitance[b];
+  }
+  std::vector<double> h = gather_of_patches(device, solution, engine, emitted, check, glass);
+  if (lights) add_light_of(*lights, device, engine, *check.points, solution.bands, h);
+  return h;
+}
+
 std::vector<double> gather_of_patches(Device& device, const Solution& solution, VisibilityEngine& engine,
                                       std::span<const double> radiosity, const CheckGather& check,
                                       const Glass* glass) {

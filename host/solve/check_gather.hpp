@@ -5,6 +5,7 @@
 
 #include "clrad/solution.hpp"
 #include "clrad/visibility.hpp"
+#include "solve/lamps.hpp"
 #include "solve/lights.hpp"
 
 namespace clrad {
@@ -26,6 +27,11 @@ std::vector<std::vector<double>> gather_for_check(Device& device, const Solution
                                                   VisibilityEngine& engine, std::span<const double> shot,
                                                   bool reflecting, std::span<const CheckGather> ways,
                                                   const Glass* glass = nullptr, Lights* lights = nullptr);
+
+/// H at points [point * bands + band] that comes straight from lamps and from `lights`.
+std::vector<double> gather_of_lamps(Device& device, const Solution& solution, VisibilityEngine& engine,
+                                    const LampLight& lamps, const CheckGather& way,
+                                    const Glass* glass = nullptr, Lights* lights = nullptr);
 
 /// H at points [point * bands + band] of patches that have that `radiosity` [band][patch] everywhere, W/m^2; it may be negative.
 std::vector<double> gather_of_patches(Device& device, const Solution& solution, VisibilityEngine& engine,

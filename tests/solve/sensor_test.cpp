@@ -130,20 +130,22 @@ TEST(Sensor, StandardErrorIsTheSpreadOverSeeds) {
   EXPECT_LT(ratio, 2);
 }
 
-TEST(Sensor, EnginesAndRepeatsGiveTheSameBits) {
+TEST(Sensor, EnginesWidthsAndRepeatsGiveTheSameBits) {
   SolveOptions options = some_sensors(256);
   const Scene scene = cornell();
   std::vector<std::vector<double>> all;
-  for (const char* engine : {"shaft", "shaft", "serial", "chop"}) {
+  const std::pair<const char*, unsigned> ways[] = {{"shaft", 0}, {"shaft", 0}, {"serial", 0}, {"chop", 0},
+                                                   {"shaft", 1}, {"shaft", 4}, {"serial", 8}};
+  for (const auto& [engine, width] : ways) {
     options.engine = engine;
-    Device device;
+    Device device({.packet_width = width});
     std::vector<double> numbers;
     for (const SensorResult& s : solve(device, scene, options).sensors) {
       numbers.insert(numbers.end(), s.irradiance.begin(), s.irradiance.end());
       numbers.insert(numbers.end(), s.irradiance_error.begin(), s.irradiance_error.end());
     }
     all.push_back(numbers);
-    EXPECT_EQ(all.back(), all.front()) << engine;
+    EXPECT_EQ(all.back(), all.front()) << engine << ", width " << width;
   }
 }
 
