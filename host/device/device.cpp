@@ -2,12 +2,32 @@
 
 #include <fmt/format.h>
 
+#include <chrono>
 #include <map>
+#include <optional>
+#include <set>
 
 #include "device/choose.hpp"
 #include "device/program.hpp"
 
 namespace clrad {
+
+namespace {
+using Clock = std::chrono::steady_clock;
+
+// Adds the time that it lives.
+class Loading {
+ public:
+  explicit Loading(double& seconds) : seconds_(seconds) {}
+  ~Loading() { seconds_ += std::chrono::duration<double>(Clock::now() - start_).count(); }
+  Loading(const Loading&) = delete;
+  Loading& operator=(const Loading&) = delete;
+
+ private:
+  double& seconds_;
+  Clock::time_point start_ = Clock::now();
+};
+}  // namespace
 
 struct Device::Impl {
   cl::Device device;
@@ -18,6 +38,8 @@ struct Device::Impl {
   std::shared_ptr<MemoryLedger> ledger = std::make_shared<MemoryLedger>();
   std::map<std::string, cl::Program> programs;
   std::map<std::string, cl::Kernel> kernels;
+  std::set<std::pair<std::string, std::uint64_t>> launched;  // kernels and work-group sizes
+  double loading_seconds = 0;
 
   std::vector<StageProfile> stages;
   std::vector<std::size_t> stack;  // indices into stages
@@ -123,6 +145,7 @@ const std::shared_ptr<MemoryLedger>& Device::ledger() const {
 cl::Kernel& Device::kernel(const char* file, const char* name) {
   const std::string key = fmt::format("{}:{}", file, name);
   if (auto found = impl_->kernels.find(key); found != impl_->kernels.end()) return found->second;
+  const Loading loading(impl_->loading_seconds);
   auto program = impl_->programs.find(file);
   if (program == impl_->programs.end())
     program =
@@ -139,6 +162,9 @@ cl::Kernel& Device::kernel(const char* file, const char* name) {
 void Device::enqueue(cl::Kernel& kernel, const char* name, std::uint64_t items, unsigned local) {
   const std::uint64_t group = local ? local : impl_->options.work_group_size;
   const std::uint64_t global = (items + group - 1) / group * group;
+  // Some drivers compile or load a kernel for a size of work-groups only when it is first launched.
+  std::optional<Loading> loading;
+  if (impl_->launched.emplace(name, group).second) loading.emplace(impl_->loading_seconds);
   try {
     cl::Event event;
     impl_->queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(global), cl::NDRange(group), nullptr,
@@ -151,6 +177,10 @@ void Device::enqueue(cl::Kernel& kernel, const char* name, std::uint64_t items, 
 
 void Device::note_array(std::uint64_t bytes) {
   if (!impl_->stack.empty()) impl_->stages[impl_->current()].bytes += bytes;
+}
+
+double Device::loading_seconds() const {
+  return impl_->loading_seconds;
 }
 
 void Device::finish() {

@@ -313,9 +313,8 @@ void check_all(const Scene& scene, const SolveOptions& options) {
 Solution solve(Device& device, const Scene& scene, const SolveOptions& options) {
   check_all(scene, options);
   if (options.target_error > 0 || options.time_budget_s > 0)
-    return solve_to_target(
-        scene, options, [&](const SolveOptions& o) { return solve_once(device, scene, o); },
-        sensor_seconds(device.profile()));
+    return solve_to_target(device, scene, options,
+                           [&](const SolveOptions& o) { return solve_once(device, scene, o); });
   return solve_once(device, scene, options);
 }
 
@@ -323,9 +322,8 @@ TargetForecast forecast(Device& device, const Scene& scene, const SolveOptions& 
   check_all(scene, options);
   if (!(options.target_error > 0 || options.time_budget_s > 0))
     throw UsageError("a forecast needs --target-error or --time-budget");
-  return foretell_target(
-      scene, options, [&](const SolveOptions& o) { return solve_once(device, scene, o); },
-      sensor_seconds(device.profile()));
+  return foretell_target(device, scene, options,
+                         [&](const SolveOptions& o) { return solve_once(device, scene, o); });
 }
 
 }  // namespace clrad

@@ -64,7 +64,7 @@ double budget_of(const SolveOptions& o) {
   return o.time_budget_s > 0 ? std::max(0.5 * o.time_budget_s, o.time_budget_s - ending_s) : INFINITY;
 }
 
-// Kernels are loaded by the coarsest solve that there is, so that the next one's time says what finer ones take.
+// The coarsest solve that there is tells what takes time and what errs. All over, its estimate hangs on too few points to go by alone.
 bool starts_coarser(const SolveOptions& o) {
   return o.resume.empty() && o.mesh.patch_edge_m <= 0;
 }
@@ -72,25 +72,48 @@ SolveSetting coarser(SolveSetting s) {
   s.patch_edge_m *= 2, s.level = 1;
   return s;
 }
+std::vector<SolveSetting> first_settings(const Scene& scene, const SolveOptions& o) {
+  const SolveSetting first = first_setting(scene, o);
+  if (!starts_coarser(o)) return {first};
+  if (aims_at_sensors(o) && o.target_error > 0) return {coarser(first)};
+  return {coarser(first), first};
+}
+
+// A solve's time, without what loading kernels took.
+class SolveTime {
+ public:
+  explicit SolveTime(const Device& device) : device_(device) { restart(); }
+  void restart() { start_ = Clock::now(), loading_before_ = device_.loading_seconds(); }
+  double seconds() const {
+    return std::chrono::duration<double>(Clock::now() - start_).count() -
+           (device_.loading_seconds() - loading_before_);
+  }
+
+ private:
+  const Device& device_;
+  Clock::time_point start_;
+  double loading_before_ = 0;
+};
 
 }  // namespace
 
-TargetForecast foretell_target(const Scene& scene, const SolveOptions& asked, const SolveOnce& solve_once,
-                               double sensors_before) {
+TargetForecast foretell_target(Device& device, const Scene& scene, const SolveOptions& asked,
+                               const SolveOnce& solve_once) {
   // Nothing is written, and nothing gone on with: these solves are tries.
   SolveOptions options = asked;
   options.checkpoint.clear(), options.resume.clear();
   const auto start = Clock::now();
   const auto elapsed = [&] { return std::chrono::duration<double>(Clock::now() - start).count(); };
-  std::vector<SolveSetting> settings{first_setting(scene, options)};
-  if (starts_coarser(options)) settings.insert(settings.begin(), coarser(settings[0]));
+  const std::vector<SolveSetting> settings = first_settings(scene, options);
+  double sensors_before = sensor_seconds(device.profile());
+  SolveTime time(device);
   TargetForecast result;
   for (const SolveSetting& setting : settings) {
     SolveOptions probe = with_setting(options, setting);
-    const double began = elapsed();
+    time.restart();
     const Solution s = solve_once(probe);
     const TargetErrors errors = errors_of(s, options);
-    const SolveCost cost = cost_of(scene, s, elapsed() - began, sensors_before);
+    const SolveCost cost = cost_of(scene, s, time.seconds(), sensors_before);
     result.options = std::move(probe);
     result.error_relative = errors.total();
     result.probing_seconds = result.seconds = elapsed();
@@ -108,15 +131,16 @@ TargetForecast foretell_target(const Scene& scene, const SolveOptions& asked, co
   return result;
 }
 
-Solution solve_to_target(const Scene& scene, const SolveOptions& options, const SolveOnce& solve_once,
-                         double sensors_before) {
+Solution solve_to_target(Device& device, const Scene& scene, const SolveOptions& options,
+                         const SolveOnce& solve_once) {
   const auto start = Clock::now();
   const auto elapsed = [&] { return std::chrono::duration<double>(Clock::now() - start).count(); };
   const double budget = budget_of(options);
   const bool sensors = aims_at_sensors(options);
-  SolveSetting setting = first_setting(scene, options);
-  std::optional<SolveSetting> first;
-  if (starts_coarser(options)) first = setting, setting = coarser(setting);
+  const std::vector<SolveSetting> first = first_settings(scene, options);
+  SolveSetting setting = first[0];
+  double sensors_before = sensor_seconds(device.profile());
+  SolveTime time(device);
   std::optional<Solution> best;
   std::vector<TargetStep> steps;
   std::optional<TargetErrors> foretold;  // of the setting at hand
@@ -136,7 +160,7 @@ Solution solve_to_target(const Scene& scene, const SolveOptions& options, const 
       if (best) throw OutOfTime();
       return false;
     };
-    const double began = elapsed();
+    time.restart();
     std::optional<Solution> solution;
     try {
       solution = solve_once(o);
@@ -150,7 +174,7 @@ Solution solve_to_target(const Scene& scene, const SolveOptions& options, const 
       if (!(options.target_error > 0 && error <= options.target_error)) throw;
     }
     if (!solution) break;
-    const double seconds = elapsed() - began;
+    const double seconds = time.seconds();
     const TargetErrors errors = errors_of(*solution, options);
     const SolveCost cost = cost_of(scene, *solution, seconds, sensors_before);
     const bool stopped = solution->stopped, helped = errors.total() < worth_a_step * error;
@@ -171,8 +195,8 @@ Solution solve_to_target(const Scene& scene, const SolveOptions& options, const 
       why = "finer settings hardly helped";
       break;
     }
-    if (first) {
-      setting = *first, first.reset();
+    if (std::size_t(step) + 1 < first.size()) {
+      setting = first[std::size_t(step) + 1];
       continue;
     }
     const TargetErrors planned = foretold ? tempered(errors, *foretold) : errors;

@@ -15,12 +15,12 @@ using SolveOnce = std::function<Solution(const SolveOptions&)>;
 /// options.target_error (0: none asked for) or options.time_budget_s is used up (0: there is no limit). Each next setting is the cheapest one that
 /// should meet the target by what the last one's parts of the error were (with a time budget, the best that should be
 /// done in time), so that the last solve takes most of all time. Returns the best solution; its report says what was tried.
-/// `sensors_before`: what the device's profile says of sensors already.
-Solution solve_to_target(const Scene& scene, const SolveOptions& options, const SolveOnce& solve_once,
-                         double sensors_before);
+/// `device` is what `solve_once` runs on: kernels are loaded at their first use, which says nothing of the next solve's time.
+Solution solve_to_target(Device& device, const Scene& scene, const SolveOptions& options,
+                         const SolveOnce& solve_once);
 
 /// What that would come to, by its first, coarse solves alone.
-TargetForecast foretell_target(const Scene& scene, const SolveOptions& options, const SolveOnce& solve_once,
-                               double sensors_before);
+TargetForecast foretell_target(Device& device, const Scene& scene, const SolveOptions& options,
+                               const SolveOnce& solve_once);
 
 }  // namespace clrad

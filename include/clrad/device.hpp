@@ -131,6 +131,9 @@ class Device {
   /// Waits for all that was enqueued.
   void finish();
 
+  /// What has gone into compiling and loading kernels so far, at their first use.
+  double loading_seconds() const;
+
   /// While the object lives, launches count for the stage `name`, and errors mention it. Stages nest; the
   /// innermost counts.
   class Stage {
