@@ -22,7 +22,9 @@ Edges edges_of(const Mesh& mesh);
 ///     (1 - t) a + t b + bend t (1 - t).
 /// -2 bend is the second difference along the edge's line: the harmonic mean of those at its two ends where they agree in
 /// sign, else 0 (van Leer 1974, "Towards the ultimate conservative difference scheme II": values on either side of a step
-/// never overshoot). At the border of a polygon, where there is but one of them, the next one inside is its partner;
+/// never overshoot). Where the line runs into a larger element, its next place is where it leaves that again, and the value what
+/// the larger edge displays there (as ghost cells are filled in Berger & Colella 1989), less what a step within that edge might
+/// do to it. At the border of a polygon, where there is but one of them, the next one inside is its partner;
 /// 0 where there is none, and on edges that something covers. Never so much that a display of values that are not
 /// negative gets negative.
 std::vector<double> edge_bends(const Mesh& mesh, const Edges& edges, const std::vector<std::uint8_t>& covered,

@@ -28,6 +28,10 @@ constexpr double few = 1.0 / 200;
 // What is displayed may be off by this share of the difference that is tolerated.
 constexpr double error_share = 1.0 / 8;
 
+// What is seen beside an element counts that many times. Samples of visibility leave steps all over, each too small to matter;
+// followed as kinks are, they would have everything split.
+constexpr double seen_times_exact = 6, seen_times_sampled = 1;
+
 struct Marks {
   std::vector<float> difference;
   std::vector<std::uint32_t> verdict;
@@ -78,13 +82,14 @@ Marks mark(SolveState& state, const Frame& frame, double tolerated) {
   const AdaptiveOptions& options = state.options.adaptive;
   const Mesh& mesh = state.mesh;
   const auto elements = std::uint32_t(mesh.elements.size());
-  std::vector<std::uint32_t> vertex, patch, level, levels_left, made_at, parents;
+  std::vector<std::uint32_t> vertex, middle, patch, level, levels_left, made_at, parents;
   std::vector<double> area, reflectance(std::size_t(state.bands) * state.patches);
   for (const PolygonMesh& polygon : mesh.polygons) {
     const std::uint32_t last = std::min(first_level(polygon) + options.max_level, lattice_depth);
     for (std::uint32_t i = 0; i < polygon.elements; ++i) {
       const Element& e = mesh.elements[polygon.first_element + i];
       vertex.insert(vertex.end(), e.vertex.begin(), e.vertex.end());
+      middle.insert(middle.end(), e.middle.begin(), e.middle.end());
       patch.push_back(e.patch);
       area.push_back(e.area_m2);
       level.push_back(e.level);
@@ -102,6 +107,7 @@ Marks mark(SolveState& state, const Frame& frame, double tolerated) {
   const Array<std::uint32_t> parents_device(state.device, parents, "parents of vertices"),
       made_device(state.device, made_at, "levels of vertices"),
       vertex_device(state.device, vertex, "element corners"),
+      middle_device(state.device, middle, "element T-vertices"),
       patch_device(state.device, patch, "element patches"),
       level_device(state.device, level, "element levels"),
       left_device(state.device, levels_left, "element levels");
@@ -116,14 +122,15 @@ Marks mark(SolveState& state, const Frame& frame, double tolerated) {
   state.device.run("solve/refine.cl", "expect", std::uint64_t(state.vertices) * state.bands,
                    state.vertex_irradiance, parents_device, around_device, state.covered, surprise,
                    state.vertices, state.bands);
+  const double seen_times = state.options.visibility_exact ? seen_times_exact : seen_times_sampled;
   Array<float> difference(state.device, elements, "radiosity differences");
   Array<std::uint32_t> verdict(state.device, elements, "elements to split");
   state.device.run("solve/refine.cl", "mark_elements", elements, state.vertex_irradiance, surprise,
-                   vertex_device, made_device, parents_device, state.covered, patch_device,
+                   vertex_device, middle_device, made_device, parents_device, state.covered, patch_device,
                    reflectance_device, area_device, level_device, left_device, state.receivers, camera,
                    state.vertices, state.patches, state.bands, Real{tolerated}, Real{error_share * tolerated},
-                   Real{options.min_area_m2}, Real{options.min_projected_area_px}, difference, verdict,
-                   elements);
+                   Real{seen_times}, Real{options.min_area_m2}, Real{options.min_projected_area_px},
+                   difference, verdict, elements);
   return {difference.download(), verdict.download()};
 }
 

@@ -112,12 +112,16 @@ static REAL expected_error(__global const REAL* surprise, __global const uint* v
   return 4 * here < above ? here / 4 : here * (here / above);
 }
 
+/* What T-vertices on an element's edges surprise by is seen, not foreseen: one sample an edge of what is displayed there without
+ * them. A kink that lies between an element's own vertices (a shadow's edge) shows there, so that splits follow it from
+ * element to element. The sample may lie beside the worst: times seen_times. */
 __kernel void mark_elements(__global const REAL* irradiance, __global const REAL* surprise, __global const uint* vertex,
+                            __global const uint* middle,
                             __global const uint* made_at, __global const uint* parents,
                             __global const uint* covered, __global const uint* patch_of,
                             __global const REAL* reflectance, __global const REAL* area,
                             __global const uint* level, __global const uint* levels_left, __global const CLRAD_POINT_T* receivers,
-                            __global const REAL* camera, uint vertices, uint patches, uint bands, REAL tolerated, REAL tolerated_error,
+                            __global const REAL* camera, uint vertices, uint patches, uint bands, REAL tolerated, REAL tolerated_error, REAL seen_times,
                             REAL least_area, REAL least_projected, __global float* difference,
                             __global uint* verdict, uint elements) {
   const uint e = get_global_id(0);
@@ -134,8 +138,11 @@ __kernel void mark_elements(__global const REAL* irradiance, __global const REAL
     }
     const REAL d = reflectance[b * patches + patch_of[e]] * (high - low);
     most = d > most ? d : most;
-    const REAL s = reflectance[b * patches + patch_of[e]] *
-                   expected_error(surprise + (ulong)b * vertices, v, made_at, parents, corners, level[e]);
+    __global const REAL* of_band = surprise + (ulong)b * vertices;
+    const REAL foreseen = expected_error(of_band, v, made_at, parents, corners, level[e]),
+               at_middles = most_surprise(of_band, middle + 4 * e, made_at, corners, level[e] + 1),
+               seen = at_middles < (REAL)1e29f ? seen_times * at_middles : 0; /* else: covered, nothing was seen */
+    const REAL s = reflectance[b * patches + patch_of[e]] * (seen > foreseen ? seen : foreseen);
     unexpected = s > unexpected ? s : unexpected;
   }
   most /= tolerated;

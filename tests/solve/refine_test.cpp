@@ -156,8 +156,8 @@ TEST(Refine, SurpriseIsTheDifferenceFromTheDisplayOfTheLevelAbove) {
   EXPECT_GT(most, 10);
 }
 
-// Rays of a re-shoot: for every patch that had shot, the new vertices in front of it x its samples. With the refinement
-// at the end only, and one of them, every patch has shot before.
+// Rays of a re-shoot: for every patch that had shot, the new vertices in front of it x its samples. With refinements
+// at the end only, every patch has shot before.
 TEST(Refine, RaysAreShotPatchesTimesNewVerticesInFrontTimesSamples) {
   Device device;
   const Scene scene = oracle::block_room();
@@ -166,7 +166,7 @@ TEST(Refine, RaysAreShotPatchesTimesNewVerticesInFrontTimesSamples) {
   options.light_samples = 0;
   options.samples = 4;
   const Solution s = solve(device, scene, options);
-  ASSERT_EQ(s.report.refinement.refinements, 1u);
+  ASSERT_GE(s.report.refinement.refinements, 1u);
   const std::uint32_t first = s.vertex_count() - std::uint32_t(s.report.refinement.vertices_added);
   std::uint64_t rays = 0;
   for (const Patch& patch : s.mesh.patches) {
