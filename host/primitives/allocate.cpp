@@ -32,70 +32,40 @@ std::uint64_t compact_passes(Device& device, const cl::Buffer& flags, std::uint6
   return blocks.count;
 }
 
-/// Room for the offsets; false where nobody is there to ask.
-bool begin_offsets(Device& device, const cl::Buffer& counts, std::uint64_t n, Allocation& allocation,
-                   std::string_view what) {
-  check_count("allocate", n);
-  grow(device, allocation.offsets, n + 1, fmt::format("{}: offsets", what));
-  if (n > 0) {
-    check_buffer("allocate", "counts", counts, n);
-    return true;
-  }
-  const std::uint32_t zero = 0;
-  allocation.offsets.upload({&zero, 1});
-  return false;
-}
-
-/// Owner and rank of up to allocation.total slots; totals[at] of them are asked for.
-void find_owners(Device& device, std::uint64_t n, Allocation& allocation, const Array<std::uint64_t>& totals,
-                 std::uint64_t at, std::string_view what) {
-  const std::uint32_t room = allocation.total;
-  grow(device, allocation.owner, room, fmt::format("{}: owners", what));
-  grow(device, allocation.rank, room, fmt::format("{}: ranks", what));
-  if (room == 0) return;
-  const auto requesters = static_cast<std::uint32_t>(n), word = static_cast<std::uint32_t>(at);
-  if (trees(device)) {
-    device.run(allocate_kernels, "allocate_owners_trees", room, allocation.offsets, requesters, totals, word,
-               room, allocation.owner, allocation.rank);
-    return;
-  }
-  constexpr std::uint32_t share = 8192;
-  const std::uint64_t steps = n + room;
-  device.run_local(allocate_kernels, "allocate_owners_blocks", (steps + share - 1) / share, 1,
-                   allocation.offsets, requesters, totals, word, room, share, allocation.owner,
-                   allocation.rank);
-}
-
 }  // namespace
 
 void allocate_offsets_into(Device& device, const cl::Buffer& counts, std::uint64_t n, Allocation& allocation,
                            std::string_view what) {
+  check_count("allocate", n);
+  grow(device, allocation.offsets, n + 1, fmt::format("{}: offsets", what));
   allocation.total = 0;
-  if (!begin_offsets(device, counts, n, allocation, what)) return;
+  if (n == 0) {
+    const std::uint32_t zero = 0;
+    allocation.offsets.upload({&zero, 1});
+    return;
+  }
+  check_buffer("allocate", "counts", counts, n);
   const std::uint64_t at = scan_passes(device, counts, allocation.offsets.buffer(), n, scan_append);
   allocation.total = check_total(fmt::format("allocate {}", what), read_total(device, at));
 }
 
 void allocate_into(Device& device, const cl::Buffer& counts, std::uint64_t n, Allocation& allocation,
                    std::string_view what) {
-  allocation.total = 0;
-  if (!begin_offsets(device, counts, n, allocation, what)) return;
-  const std::uint64_t at = scan_passes(device, counts, allocation.offsets.buffer(), n, scan_append);
-  allocation.total = check_total(fmt::format("allocate {}", what), read_total(device, at));
-  find_owners(device, n, allocation, scan_scratch(device), at, what);
-}
-
-void allocate_ahead(Device& device, const cl::Buffer& counts, std::uint64_t n, std::uint32_t room,
-                    const Array<std::uint64_t>& totals, std::uint32_t at, Allocation& allocation,
-                    std::string_view what) {
-  allocation.total = room;
-  if (!begin_offsets(device, counts, n, allocation, what)) {
-    device.fill_bytes(totals.buffer(), 0, 8, at * 8ull);
+  allocate_offsets_into(device, counts, n, allocation, what);
+  grow(device, allocation.owner, allocation.total, fmt::format("{}: owners", what));
+  grow(device, allocation.rank, allocation.total, fmt::format("{}: ranks", what));
+  if (allocation.total == 0) return;
+  const auto requesters = static_cast<std::uint32_t>(n);
+  if (trees(device)) {
+    device.run(allocate_kernels, "allocate_owners_trees", allocation.total, allocation.offsets, requesters,
+               allocation.total, allocation.owner, allocation.rank);
     return;
   }
-  const std::uint64_t from = scan_passes(device, counts, allocation.offsets.buffer(), n, scan_append);
-  device.copy(scan_scratch(device).buffer(), totals.buffer(), 8, from * 8, at * 8ull);
-  find_owners(device, n, allocation, totals, at, what);
+  constexpr std::uint32_t share = 8192;
+  const std::uint64_t steps = n + allocation.total;
+  device.run_local(allocate_kernels, "allocate_owners_blocks", (steps + share - 1) / share, 1,
+                   allocation.offsets, requesters, allocation.total, share, allocation.owner,
+                   allocation.rank);
 }
 
 Allocation allocate(Device& device, const cl::Buffer& counts, std::uint64_t n, std::string_view what) {

@@ -24,8 +24,7 @@ BundleTracer::BundleTracer(Device& device, const Occluders& occluders, const Gri
       grid_(grid),
       packets_(packets),
       packet_planes_(packet_planes),
-      slab_(slab),
-      totals_(device, next_bundles + 1, "totals of a wave") {
+      slab_(slab) {
   for (std::uint32_t a = 0; a < 3; ++a)
     if (grid_.cells[a] > 1) axes_.push_back(a);
 }
@@ -73,11 +72,27 @@ void BundleTracer::occluded(const Segments& s, const Batch& b, Array<std::uint32
     need(device_, scratch_.needs, bundles, "waves of rays");
     need(device_, scratch_.flags, slab_ ? bundles : 1, "ray flags");
     need(device_, scratch_.alive, slab_ ? bundles : 1, "rays alive");
+    device_.fill_bytes(scratch_.blocked.buffer(), 0, bundles * 4ull);
     upload_ends(s, b);
   }
-  if (!trace(bundles, !counts_waves_, sums)) {
-    ++traced_again_;
-    trace(bundles, false, sums);
+  std::uint32_t count = grid_.blocks == 0 ? 0 : bundles;
+  for (std::uint32_t wave = 0; count > 0; ++wave) {
+    if (wave > 0) {
+      const auto stage = device_.stage("drop blocked rays");
+      device_.run(bundle_kernels, "bundle_alive", bundles, bundles, wave, run_, pairs_, scratch_.needs,
+                  scratch_.blocked, scratch_.flags);
+      count = compact(device_, scratch_.flags.buffer(), bundles, scratch_.alive.buffer());
+      if (counts_waves_ && count == 0) count_wave(wave, bundles);
+      if (count == 0) break;
+    }
+    start_wave(count, wave);
+    if (counts_waves_) count_wave(wave, bundles);
+    const std::uint32_t pieces = cut(count);
+    if (counts_waves_ && pieces > 0)
+      for (const std::uint32_t lanes : scratch_.here.low.download(0, pieces))
+        waves_[wave].pieces += std::uint64_t(std::popcount(lanes));
+    test(pieces, sums);
+    if (slab_ == 0) break;
   }
   {
     const auto stage = device_.stage("pack visibility masks");
@@ -86,52 +101,6 @@ void BundleTracer::occluded(const Segments& s, const Batch& b, Array<std::uint32
                 b.first_sample / 32, words, s.words_per_origin(), b.run, scratch_.blocked, masks);
   }
   rays_held_ = std::max(rays_held_, b.rays());
-}
-
-/// All waves of a batch into scratch_.blocked and `sums`. ahead: a wave that earlier batches had, too, gets as much room as
-/// these asked for and an eighth more, and the host waits for the device once, at its end. False, and nothing is of
-/// use, where that was too little.
-bool BundleTracer::trace(std::uint32_t bundles, bool ahead, Array<std::uint64_t>& sums) {
-  sums.fill_zero();
-  device_.fill_bytes(scratch_.blocked.buffer(), 0, bundles * 4ull);
-  bundles_ = bundles;
-  auto& asked = asked_[pairs_];
-  std::uint32_t count = grid_.blocks == 0 ? 0 : bundles;
-  for (std::uint32_t wave = 0; count > 0; ++wave) {
-    waits_ = !ahead || wave >= asked.size();
-    if (asked.size() <= wave) asked.resize(wave + 1, Asked{});
-    totals_.fill_zero();
-    start_wave(count, wave);
-    if (counts_waves_) count_wave(wave, bundles);
-    const std::uint32_t pieces = cut(count, wave);
-    if (counts_waves_ && pieces > 0)
-      for (const std::uint32_t lanes : scratch_.here.low.download(0, pieces))
-        waves_[wave].pieces += std::uint64_t(std::popcount(lanes));
-    test(pieces, wave, sums);
-    if (slab_ == 0 && waits_) break;
-    if (slab_ > 0) find_next(wave + 1, bundles);
-    const std::vector<std::uint64_t> totals = totals_.download();
-    if (!waits_) {
-      bool enough = true;
-      for (std::size_t stage = 0; stage <= candidates; ++stage) {
-        enough = enough && totals[stage] <= room(stage, wave);
-        note(stage, wave, totals[stage]);  // after room(), which goes by it
-      }
-      if (!enough) return false;
-    }
-    count = std::uint32_t(totals[next_bundles]);
-    if (counts_waves_ && count == 0 && slab_ > 0) count_wave(wave + 1, bundles);
-  }
-  return true;
-}
-
-/// The bundles that wave `wave` is for, and that are not blocked by an earlier one.
-void BundleTracer::find_next(std::uint32_t wave, std::uint32_t bundles) {
-  const auto stage = device_.stage("drop blocked rays");
-  device_.run(bundle_kernels, "bundle_alive", bundles, bundles, wave, run_, pairs_, scratch_.needs,
-              scratch_.blocked, scratch_.flags);
-  compact_on_device(device_, scratch_.flags.buffer(), bundles, scratch_.alive.buffer(), totals_.buffer(),
-                    next_bundles * 8);
 }
 
 void BundleTracer::start_wave(std::uint32_t count, std::uint32_t wave) {
@@ -144,62 +113,41 @@ void BundleTracer::start_wave(std::uint32_t count, std::uint32_t wave) {
               scratch_.needs, p.bundle, p.cell, p.low, p.t, p.counts);
 }
 
-/// Slots of a stage that there is room for when the host does not wait to know.
-std::uint32_t BundleTracer::room(std::size_t stage, std::uint32_t wave) const {
-  constexpr double least = 1024, most = 0x7fffffff;
-  return std::uint32_t(std::min(most, least + 1.125 * bundles_ * asked_[pairs_][wave][stage]));
-}
-
-void BundleTracer::note(std::size_t stage, std::uint32_t wave, std::uint64_t total) {
-  double& most = asked_[pairs_][wave][stage];
-  most = std::max(most, double(total) / bundles_);
-}
-
-void BundleTracer::allocate(const Array<std::uint32_t>& counts, std::uint32_t n, std::size_t stage,
-                            std::uint32_t wave, Allocation& slots, const char* what) {
-  const auto at = std::uint32_t(stage);
-  if (!waits_)
-    return allocate_ahead(device_, counts.buffer(), n, room(stage, wave), totals_, at, slots, what);
-  allocate_into(device_, counts.buffer(), n, slots, what);
-  note(stage, wave, slots.total);
-  device_.fill_bytes(totals_.buffer(), slots.total, 4, at * 8);
-}
-
-/// Cuts the bundles of scratch_.here along every axis that has cells; returns how many pieces there are room for then,
+/// Cuts the bundles of scratch_.here along every axis that has cells; returns how many pieces there are then,
 /// and leaves them in scratch_.here.
-std::uint32_t BundleTracer::cut(std::uint32_t bundles, std::uint32_t wave) {
+std::uint32_t BundleTracer::cut(std::uint32_t bundles) {
   std::uint32_t pieces = bundles;
   for (std::size_t k = 0; k < axes_.size(); ++k) {
     const std::uint32_t axis = axes_[k], next = k + 1 < axes_.size() ? axes_[k + 1] : 3;
     const auto stage = device_.stage(cut_name(axis));
     auto &from = scratch_.here, &to = scratch_.there;
-    allocate(from.counts, pieces, k, wave, scratch_.cut, "ray pieces");
+    allocate_into(device_, from.counts.buffer(), pieces, scratch_.cut, "ray pieces");
     pieces = scratch_.cut.total;
     need_pieces(to, pieces, next == 3);
-    device_.run(bundle_kernels, "bundle_cut", pieces, pieces, totals_, std::uint32_t(k), axis, next,
-                scratch_.cut.owner, scratch_.cut.rank, scratch_.from, scratch_.to, run_, pairs_, grid_.frame,
-                grid_.first_block, scratch_.windows, from.bundle, from.cell, from.low, from.t, to.bundle,
-                to.cell, to.low, to.t, to.counts);
+    device_.run(bundle_kernels, "bundle_cut", pieces, pieces, axis, next, scratch_.cut.owner,
+                scratch_.cut.rank, scratch_.from, scratch_.to, run_, pairs_, grid_.frame, grid_.first_block,
+                scratch_.windows, from.bundle, from.cell, from.low, from.t, to.bundle, to.cell, to.low, to.t,
+                to.counts);
     std::swap(from, to);
   }
   return pieces;
 }
 
-void BundleTracer::test(std::uint32_t pieces, std::uint32_t wave, Array<std::uint64_t>& sums) {
+void BundleTracer::test(std::uint32_t pieces, Array<std::uint64_t>& sums) {
   auto& p = scratch_.here;
   {
     const auto stage = device_.stage("allocate candidates");
-    allocate(p.counts, pieces, candidates, wave, scratch_.pairs, "candidates");
+    allocate_into(device_, p.counts.buffer(), pieces, scratch_.pairs, "candidates");
     const std::uint32_t items = tally_items(device_);
     device_.run_local(bundle_kernels, "bundle_tally", items, tally_group(device_), items, pieces, p.cell,
                       p.low, grid_.frame, grid_.held, sums);
   }
   const auto stage = device_.stage("intersect rays with candidates");
   const std::uint32_t slots = scratch_.pairs.total;
-  device_.run(bundle_kernels, "bundle_test", slots, slots, totals_, std::uint32_t(candidates),
-              scratch_.pairs.owner, scratch_.pairs.rank, p.bundle, p.cell, p.low, grid_.frame,
-              grid_.first_block, packets_, grid_.lanes, packet_planes_, occluders_.triangles, scratch_.from,
-              scratch_.to, run_, pairs_, scratch_.blocked, sums, tally_items(device_));
+  device_.run(bundle_kernels, "bundle_test", slots, slots, scratch_.pairs.owner, scratch_.pairs.rank,
+              p.bundle, p.cell, p.low, grid_.frame, grid_.first_block, packets_, grid_.lanes, packet_planes_,
+              occluders_.triangles, scratch_.from, scratch_.to, run_, pairs_, scratch_.blocked, sums,
+              tally_items(device_));
 }
 
 /// The rays that wave `wave` is for, and those of them that an earlier one blocked; after start_wave, or instead

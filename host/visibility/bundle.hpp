@@ -1,6 +1,5 @@
 /// Occlusion by `chop`: rays are cut into voxels a bundle at a time (kernels/visibility/bundle.cl).
 #pragma once
-#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -35,7 +34,7 @@ class BundleTracer {
   BundleTracer(Device& device, const Occluders& occluders, const Grid& grid, const Array<float>& packets,
                const Array<std::uint32_t>& packet_planes, std::uint32_t slab);
 
-  /// sums: 3 x tally_items() counts of ray/triangle pairs, exact tests and ray/voxel pieces, from 0 on.
+  /// sums: 3 x tally_items() counts of ray/triangle pairs, exact tests and ray/voxel pieces, added to.
   void occluded(const Segments& segments, const Batch& batch, Array<std::uint32_t>& masks,
                 Array<std::uint64_t>& sums);
 
@@ -47,15 +46,7 @@ class BundleTracer {
   void count_waves() { counts_waves_ = true; }
   const std::vector<WaveWork>& waves() const { return waves_; }
 
-  /// Batches that were traced again, as they asked for more than was expected.
-  std::uint64_t traced_again() const { return traced_again_; }
-
  private:
-  /// Stages of a wave that slots are allocated for: a cut along each axis that is cut, and at last the candidates. One
-  /// more word of totals_ counts the bundles that the next wave is for.
-  static constexpr std::size_t candidates = 3, next_bundles = 4;
-  using Asked = std::array<double, 4>;  ///< slots of each stage, for each bundle of the batch
-
   /// The pieces of one stage of cutting.
   struct Pieces {
     Array<std::uint32_t> bundle, cell, low, counts;  ///< low: of the last stage, which lanes
@@ -76,27 +67,16 @@ class BundleTracer {
   std::uint32_t slab_;
   Scratch scratch_;
   std::uint32_t rays_held_ = 0;
-  std::uint32_t run_ = 1, pairs_ = 0;        ///< how bundle numbers of the batch stand for rays
-  Array<std::uint64_t> totals_;              ///< of the wave under way
-  std::array<std::vector<Asked>, 2> asked_;  ///< most so far, by wave; of samples and of pairs
-  double bundles_ = 0;                       ///< of the batch under way
-  bool waits_ = true;                        ///< for the totals of this wave, stage by stage
-  std::uint64_t traced_again_ = 0;
+  std::uint32_t run_ = 1, pairs_ = 0;  ///< how bundle numbers of the batch stand for rays
   bool counts_waves_ = false;
   std::vector<WaveWork> waves_;
 
   std::uint32_t width() const { return grid_.width; }
   void upload_ends(const Segments& segments, const Batch& batch);
-  bool trace(std::uint32_t bundles, bool ahead, Array<std::uint64_t>& sums);
   void start_wave(std::uint32_t count, std::uint32_t wave);
   void need_pieces(Pieces& pieces, std::uint32_t count, bool last);
-  std::uint32_t room(std::size_t stage, std::uint32_t wave) const;
-  void note(std::size_t stage, std::uint32_t wave, std::uint64_t total);
-  void allocate(const Array<std::uint32_t>& counts, std::uint32_t n, std::size_t stage, std::uint32_t wave,
-                Allocation& slots, const char* what);
-  std::uint32_t cut(std::uint32_t bundles, std::uint32_t wave);
-  void test(std::uint32_t pieces, std::uint32_t wave, Array<std::uint64_t>& sums);
-  void find_next(std::uint32_t wave, std::uint32_t bundles);
+  std::uint32_t cut(std::uint32_t bundles);
+  void test(std::uint32_t pieces, Array<std::uint64_t>& sums);
   void count_wave(std::uint32_t wave, std::uint32_t bundles);
 };
 

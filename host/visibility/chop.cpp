@@ -78,7 +78,6 @@ class Chop final : public ChopEngine {
     if (triangle.size() < s.count() || t.size() < s.count())
       throw UsageError("the arrays of nearest hits are smaller than the segments need");
     in_batches(s, [&](const Batch& b) {
-      batch_sums_.fill_zero();
       trace(s, b);
       const auto stage = device_.stage("nearest hit of each ray");
       const std::uint64_t first =
@@ -105,7 +104,6 @@ class Chop final : public ChopEngine {
     in_batches(s, [&](const Batch& b) {
       const std::uint64_t first =
           std::uint64_t(b.first_origin) * (s.samples ? s.samples : 1) + b.first_sample;
-      batch_sums_.fill_zero();
       trace(s, b, [&](std::uint32_t count) {
         const auto& p = scratch_.here;
         const auto ray = p.ray.download(0, count), cell = p.cell.download(0, count);
@@ -124,7 +122,6 @@ class Chop final : public ChopEngine {
   const Grid& grid() const override { return grid_; }
   void count_waves() override { bundles_.count_waves(); }
   const std::vector<WaveWork>& waves() const override { return bundles_.waves(); }
-  std::uint64_t traced_again() const override { return bundles_.traced_again(); }
 
  private:
   Device& device_;
@@ -185,6 +182,7 @@ class Chop final : public ChopEngine {
       }
       std::string trouble;
       try {
+        batch_sums_.fill_zero();
         body(b);
         device_.run(chop_kernels, "chop_fold", 3 * tally_items_, 3 * tally_items_, batch_sums_, sums_);
       } catch (const MemoryError& e) {

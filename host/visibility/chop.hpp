@@ -38,8 +38,6 @@ class ChopEngine : public VisibilityEngine {
   /// From now on occluded() counts the work of each wave, which costs a read a wave: for benchmarks.
   virtual void count_waves() = 0;
   virtual const std::vector<WaveWork>& waves() const = 0;
-  /// Batches of occluded() that were traced again, as they asked for more than those before them: for tests.
-  virtual std::uint64_t traced_again() const = 0;
 };
 
 std::unique_ptr<ChopEngine> make_chop(Device& device, std::span<const OccluderTriangle> triangles,

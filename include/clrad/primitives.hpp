@@ -70,12 +70,6 @@ Allocation allocate(Device&, const cl::Buffer& counts, std::uint64_t n, std::str
 /// The same into arrays that are kept from call to call and only ever grow (they may be longer than n + 1 and total).
 void allocate_into(Device&, const cl::Buffer& counts, std::uint64_t n, Allocation& allocation,
                    std::string_view what = "allocation");
-/// The same with nothing read by the host: allocation.total is `room`, how many slots the caller expects at most, and
-/// totals[at] gets how many are asked for. Owners and ranks of slots past that are not written, and none is where more than
-/// `room` are asked for: the caller looks when it suits.
-void allocate_ahead(Device&, const cl::Buffer& counts, std::uint64_t n, std::uint32_t room,
-                    const Array<std::uint64_t>& totals, std::uint32_t at, Allocation& allocation,
-                    std::string_view what = "allocation");
 /// Offsets and total only: owner and rank stay as they are.
 void allocate_offsets_into(Device&, const cl::Buffer& counts, std::uint64_t n, Allocation& allocation,
                            std::string_view what = "allocation");

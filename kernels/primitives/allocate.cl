@@ -4,18 +4,17 @@
 #include "shared/rows.cl"
 
 /* ---- owner and rank of every slot --------------------------------------------------------------------------------
- * offsets holds n + 1 ascending values, the last is totals[at]. Slot s belongs to the requester i with
- * offsets[i] <= s < offsets[i + 1]. Where more than `room` slots are asked for nothing is written: who launched this need
- * not know the total. */
+ * offsets holds n + 1 ascending values, the last is `total`. Slot s belongs to the requester i with
+ * offsets[i] <= s < offsets[i + 1]. */
 
 /* One work-item takes `share` steps of the walk that passes all slots and all requesters in order (merge path: Odeh,
  * Green, Mwassi, Shmueli & Birk 2012), so neither a requester with a million slots nor a million requesters with none
  * fall to one work-item. Requester i is passed at step offsets[i + 1] + i. */
-kernel void allocate_owners_blocks(global const uint* offsets, uint n, global const ulong* totals, uint at, uint room,
-                                   uint share, global uint* owner, global uint* rank) {
-  const ulong total = totals[at], steps = n + total;
+kernel void allocate_owners_blocks(global const uint* offsets, uint n, uint total, uint share, global uint* owner,
+                                   global uint* rank) {
+  const ulong steps = (ulong)n + total;
   ulong step = get_global_id(0) * share;
-  if (total > room || step >= steps) return;
+  if (step >= steps) return;
   const ulong last_step = min(step + share, steps);
   uint i = 0, high = n;
   while (i < high) {
@@ -56,10 +55,10 @@ kernel void allocate_owners_blocks(global const uint* offsets, uint n, global co
 }
 
 /* One work-item a slot. */
-kernel ONE_GROUP void allocate_owners_trees(global const uint* offsets, uint n, global const ulong* totals, uint at,
-                                            uint room, global uint* owner, global uint* rank) {
+kernel ONE_GROUP void allocate_owners_trees(global const uint* offsets, uint n, uint total, global uint* owner,
+                                            global uint* rank) {
   const uint slot = get_global_id(0);
-  if (totals[at] > room || get_global_id(0) >= totals[at]) return;
+  if (get_global_id(0) >= total) return;
   uint low = 0, high = n; /* the last requester whose offset is <= slot lies in [low, high) */
   while (high - low > 1) {
     const uint mid = low + (high - low) / 2;

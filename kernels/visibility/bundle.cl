@@ -238,15 +238,8 @@ __kernel void bundle_wave(uint count, __global const uint* alive, uint use_alive
             counts);
 }
 
-/* Slots are given out before it is known how many are asked for: totals[at], of which more than `slots` make all of them
- * void, since nobody got any (allocate.cl). */
-static inline int is_taken(uint s, uint slots, __global const ulong* totals, uint at) {
-  return totals[at] <= slots && s < totals[at];
-}
-
 /* One cut: slot s is piece rank[s], along `axis`, of the piece owner[s]; counts[s] = what it asks for along `next`. */
-__kernel void bundle_cut(uint slots, __global const ulong* totals, uint at, uint axis, uint next,
-                         __global const uint* owner, __global const uint* rank,
+__kernel void bundle_cut(uint slots, uint axis, uint next, __global const uint* owner, __global const uint* rank,
                          __global const uint* from, __global const uint* to, uint run, uint pairs,
                          __global const float* frame, __global const uint* first_block, __global const uint* windows,
                          __global const uint* in_bundle, __global const uint* in_cell, __global const uint* in_low,
@@ -254,10 +247,6 @@ __kernel void bundle_cut(uint slots, __global const ulong* totals, uint at, uint
                          __global uint* out_low, __global float* out_t, __global uint* counts) {
   const uint s = get_global_id(0);
   if (s >= slots) return;
-  if (!is_taken(s, slots, totals, at)) {
-    out_cell[s] = out_low[s] = counts[s] = 0;
-    return;
-  }
   const uint p = owner[s], number = in_bundle[p], i = in_low[p] + rank[s], window = windows[number];
   const bundle b = bundle_of(from, to, run, pairs, number);
   clrad_floats t0 = CLRAD_LOAD(in_t + p * (2 * CLRAD_WIDTH)), t1 = CLRAD_LOAD(in_t + p * (2 * CLRAD_WIDTH) + CLRAD_WIDTH);
@@ -272,8 +261,7 @@ __kernel void bundle_cut(uint slots, __global const ulong* totals, uint at, uint
  * test is that of shared/block.cl; the volumes as D . (e x A), which has the same bound (shared/triangle.cl, step 3) and
  * leaves two dot products to each ray. Pairs that floats cannot tell go to the exact predicate, unless the ray is
  * surely hit by another triangle of the block; sums[items] counts them. */
-__kernel void bundle_test(uint slots, __global const ulong* totals, uint at, __global const uint* owner,
-                          __global const uint* rank,
+__kernel void bundle_test(uint slots, __global const uint* owner, __global const uint* rank,
                           __global const uint* piece_bundle, __global const uint* piece_cell,
                           __global const uint* piece_lanes, __global const float* frame,
                           __global const uint* first_block, __global const float* packets,
@@ -281,7 +269,7 @@ __kernel void bundle_test(uint slots, __global const ulong* totals, uint at, __g
                           __global const clrad_triangle* triangles, __global const uint* from, __global const uint* to,
                           uint run, uint pairs, volatile __global uint* blocked, __global ulong* sums, uint items) {
   const uint s = get_global_id(0);
-  if (s >= slots || !is_taken(s, slots, totals, at)) return;
+  if (s >= slots) return;
   const uint p = owner[s], number = piece_bundle[p], block = first_block[voxel_of(piece_cell[p], frame)] + rank[s];
   const bundle b = bundle_of(from, to, run, pairs, number);
   const float ax = as_float(b.a[0]), ay = as_float(b.a[1]), az = as_float(b.a[2]);

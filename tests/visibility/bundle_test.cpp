@@ -110,39 +110,6 @@ TEST(Bundle, ExactTestsAreCountedTheSameWhateverTheCoresTheGroupAndTheBatch) {
     }
 }
 
-// Batches get the room that those before them asked for. Rays of a point's length first, then rays all over: these ask for
-// far more, and are traced again; after that there is room.
-TEST(Bundle, BatchesThatAskForMoreThanThoseBeforeThemAreTracedAgain) {
-  std::mt19937_64 random(20285);
-  const Setting all = random_setting(random, 120, 0.15, 800, false);
-  Setting none = all;
-  for (auto& p : none.origins) p = all.targets[0];
-  for (auto& p : none.targets) p = all.targets[0];
-  for (const unsigned width : {1u, 16u})
-    for (const std::uint32_t samples : {0u, 16u})
-      for (const std::uint32_t slab : {0u, 3u}) {
-        SCOPED_TRACE(testing::Message() << "width " << width << ", samples " << samples << ", slab " << slab);
-        Device device({.packet_width = width});
-        const ChopOptions options{.cells = {9, 8, 7}, .slab = slab};
-        auto fresh = clrad::make_chop(device, all.triangles, options);
-        const auto expected = masks_of(device, *fresh, all, samples);
-        EXPECT_EQ(fresh->traced_again(), 0u);
-        auto chop = clrad::make_chop(device, all.triangles, options);
-        masks_of(device, *chop, none, samples);
-        auto before = chop->counts();
-        for (const std::uint64_t again : {1u, 1u}) {
-          EXPECT_EQ(masks_of(device, *chop, all, samples), expected);
-          EXPECT_EQ(chop->traced_again(), again);
-          const auto c = chop->counts(), f = fresh->counts();
-          EXPECT_EQ(c.rays - before.rays, f.rays);
-          EXPECT_EQ(c.pieces - before.pieces, f.pieces);
-          EXPECT_EQ(c.candidates - before.candidates, f.candidates);
-          EXPECT_EQ(c.exact - before.exact, f.exact);
-          before = c;
-        }
-      }
-}
-
 TEST(Bundle, WavesTellWhatTheySpared) {
   Device device;
   // A wall that every ray meets in its first cells, the slanting ones (to the farther targets) no later.
