@@ -13,16 +13,20 @@ namespace {
 // finer ones lessen the error of visibility, too. Those of what sensors see are from grids of settings at the rooms' points (`./run bench targets --steps`).
 constexpr double order_of_receiving = 1.2, order_of_shooting = 1.2, order_of_samples = 0.5,
                  order_of_visibility_in_patches = 0.5, order_of_sensor_rays = 0.6,
-                 order_of_seen_in_elements = 0.2, order_of_seen_in_patches = 1.1;
+                 order_of_seen_in_patches = 0.6;
+// Light is smooth where nothing stands in its way.
+constexpr double order_of_seen_in_elements = 0.7, order_of_smooth_in_elements = 1.6;
 // Predictions are not exact: the next setting is to come out a little below the target, and well inside the time.
-constexpr double aim_at_sensors = 0.85, aim_all_over = 0.9, share_of_time_left = 0.75;
+constexpr double aim_at_sensors = 0.92, aim_all_over = 0.9, share_of_time_left = 0.75;
 // The estimate at sensors is of few points and may be too low: while there is a way to, it is brought this far below the target.
-constexpr double enough_at_sensors = 0.9;
+constexpr double enough_at_sensors = 0.95;
 // What a sensor sees is off by this much more where the mesh is too fine for its vertices to be gathered anew.
 constexpr double without_vertices = 2.5;
 // Unshot light that makes more of the error than this share of what is aimed at is shot on, down to the second share: it is cheap,
 // and how much error goes with it depends on the scene (where most light leaves, more).
 constexpr double much_unshot = 0.25, little_unshot = 0.15, least_converge = 1e-7;
+// At sensors patches stay or get finer by this many eighths of a power of two at least: how two meshes that are nearly alike differ is chance.
+constexpr int least_finer = 4;
 constexpr std::uint32_t most_rays_to_a_patch = 1024, most_sensor_rays = 1u << 20;
 
 }  // namespace
@@ -112,7 +116,8 @@ TargetErrors predicted(const TargetErrors& now, const SolveSetting& at, const So
   const bool before_regathers = rays_at_vertices(cost, cost.mesh, at) > 0,
              regathers = rays_at_vertices(cost, mesh, next) > 0;
   double finer = std::pow(patches, order_of_seen_in_patches);
-  if (regathers) finer *= std::pow(elements, order_of_seen_in_elements);
+  if (regathers)
+    finer *= std::pow(elements, cost.occlusion ? order_of_seen_in_elements : order_of_smooth_in_elements);
   if (before_regathers != regathers) finer *= regathers ? 1 / without_vertices : without_vertices;
   e.seen *= std::sqrt((1 - noise) * finer * finer + noise * less_noise * less_noise);
   return e;
@@ -151,8 +156,10 @@ std::optional<MeshSize> size_of_mesh(const Scene& scene, const SolveSetting& set
 // All settings that are as fine as `at`, and a little finer at a time, and how large a mesh they have.
 template <class Visit>
 void each_finer(const Scene& scene, const SolveSetting& at, bool sensors, Visit visit) {
+  const int most_levels = sensors ? std::max(2, at.level) : 5;
   for (int p = 0; p <= 24; ++p)
-    for (int level = std::max(1, at.level - 3); level <= std::min(5, at.level + 3); ++level) {
+    for (int level = std::max(1, at.level - 3); level <= std::min(most_levels, at.level + 3); ++level) {
+      if (sensors && p > 0 && p < least_finer) continue;
       SolveSetting meshed = at;
       meshed.patch_edge_m = at.patch_edge_m * std::exp2(-p / 8.0), meshed.level = level;
       if (meshed.element_edge_m() > at.element_edge_m() * 1.001) continue;
@@ -237,6 +244,9 @@ SolveCost cost_of(const Scene& scene, const Solution& s, double seconds, double&
                vertices + elements - double(s.scene.polygons.size())};
   cost.uncovered = 1 - double(covered) / double(std::max(1u, s.vertex_count()));
   cost.sensors = s.sensors.size();
+  const std::vector<Effect>& effects = s.report.effects;
+  cost.occlusion = std::any_of(effects.begin(), effects.end(),
+                               [](const Effect& e) { return e.name == "occlusion" && e.runs; });
   cost.unshot_relative = s.unshot_relative;
   return cost;
 }

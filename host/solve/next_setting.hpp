@@ -45,8 +45,9 @@ TargetErrors tempered(const TargetErrors& found, const TargetErrors& foretold);
 struct SolveCost {
   double shooting_s = 0, sensors_s = 0;
   MeshSize mesh;
-  MeshSize before;       // without backs and subdivision, as candidates are counted
-  double uncovered = 1;  // of the vertices
+  MeshSize before;        // without backs and subdivision, as candidates are counted
+  double uncovered = 1;   // of the vertices
+  bool occlusion = true;  // something stands in the way of light
   std::uint64_t sensors = 0;
   double unshot_relative = 0;
   double total() const { return shooting_s + sensors_s; }
