@@ -24,7 +24,7 @@ struct Arguments {
   bool quiet = false, predicts = true;
 };
 
-void print_summary(const Solution& s) {
+void print_summary(const Solution& s, double loading_seconds) {
   const Report& r = s.report;
   const char* unit = s.scene.quantity == Quantity::photometric ? "lm" : "W";
   double emitted = 0, absorbed = 0, unshot = 0;
@@ -47,6 +47,7 @@ void print_summary(const Solution& s) {
   fmt::print("{:<52} {:>9} {:>9}\n", "where the time went", "launches", "seconds");
   for (const auto& stage : r.stages)
     fmt::print("  {:<50} {:>9} {:>9.3f}\n", stage.name, stage.launches, stage.seconds);
+  fmt::print("  {:<50} {:>9} {:>9.3f}\n", "compile and load kernels", "", loading_seconds);
   fmt::print("  {:<50} {:>9} {:>9.3f}\n", "all, by the clock", "", r.seconds.total);
   fmt::print("\nwhere the light went   emitted {:.4g} {}, absorbed {:.2f} %, unshot {:.3g} %, {} {:.2f} %\n",
              emitted, unit, 100 * absorbed / emitted, 100 * unshot / emitted,
@@ -168,7 +169,7 @@ int run_solve(Arguments& a) {
 
   for (const auto& warning : solution.report.warnings) fmt::print(stderr, "warning: {}\n", warning);
   if (!a.quiet) {
-    print_summary(solution);
+    print_summary(solution, device.loading_seconds());
     print_effects(solution.report);
     print_error(solution.report);
     print_predicted(solution.report);

@@ -122,7 +122,7 @@ Marks mark(SolveState& state, const Frame& frame, double tolerated) {
   state.device.run("solve/refine.cl", "expect", std::uint64_t(state.vertices) * state.bands,
                    state.vertex_irradiance, parents_device, around_device, state.covered, surprise,
                    state.vertices, state.bands);
-  const double seen_times = state.options.visibility_exact ? seen_times_exact : seen_times_sampled;
+  const double seen_times = state.clip ? seen_times_exact : seen_times_sampled;
   Array<float> difference(state.device, elements, "radiosity differences");
   Array<std::uint32_t> verdict(state.device, elements, "elements to split");
   state.device.run("solve/refine.cl", "mark_elements", elements, state.vertex_irradiance, surprise,
