@@ -38,7 +38,7 @@ struct Device::Impl {
   std::shared_ptr<MemoryLedger> ledger = std::make_shared<MemoryLedger>();
   std::map<std::string, cl::Program> programs;
   std::map<std::string, cl::Kernel> kernels;
-  std::set<std::pair<std::string, std::uint64_t>> launched;  // kernels and work-group sizes
+  std::set<std::pair<cl_kernel, std::uint64_t>> launched;  // with which sizes of work-groups
   double loading_seconds = 0;
 
   std::vector<StageProfile> stages;
@@ -164,7 +164,7 @@ void Device::enqueue(cl::Kernel& kernel, const char* name, std::uint64_t items, 
   const std::uint64_t global = (items + group - 1) / group * group;
   // Some drivers compile or load a kernel for a size of work-groups only when it is first launched.
   std::optional<Loading> loading;
-  if (impl_->launched.emplace(name, group).second) loading.emplace(impl_->loading_seconds);
+  if (impl_->launched.emplace(kernel(), group).second) loading.emplace(impl_->loading_seconds);
   try {
     cl::Event event;
     impl_->queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(global), cl::NDRange(group), nullptr,

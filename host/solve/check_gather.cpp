@@ -62,12 +62,9 @@ std::vector<double> gather_of_lamps(Device& device, const Solution& solution, Vi
                                     Lights* lights) {
   const std::size_t patches = solution.mesh.patches.size();
   std::vector<double> emitted(patches * solution.bands, 0);
-  for (const std::uint32_t polygon : lamps.polygons) {
-    const PolygonMesh& of = solution.mesh.polygons[polygon];
-    for (std::uint32_t p = of.first_patch; p < of.first_patch + of.patches; ++p)
-      for (std::uint32_t b = 0; b < solution.bands; ++b)
-        emitted[b * patches + p] = solution.material_of(polygon).emitted_exitance[b];
-  }
+  for (const std::uint32_t p : lamps.patches)
+    for (std::uint32_t b = 0; b < solution.bands; ++b)
+      emitted[b * patches + p] = solution.material_of(solution.mesh.patches[p].polygon).emitted_exitance[b];
   std::vector<double> h = gather_of_patches(device, solution, engine, emitted, check, glass);
   if (lights) add_light_of(*lights, device, engine, *check.points, solution.bands, h);
   return h;

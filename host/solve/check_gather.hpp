@@ -28,7 +28,7 @@ std::vector<std::vector<double>> gather_for_check(Device& device, const Solution
                                                   bool reflecting, std::span<const CheckGather> ways,
                                                   const Glass* glass = nullptr, Lights* lights = nullptr);
 
-/// H at points [point * bands + band] that comes straight from lamps and from `lights`.
+/// H at points [point * bands + band] that comes straight from what of lamps has shot, and from `lights`.
 std::vector<double> gather_of_lamps(Device& device, const Solution& solution, VisibilityEngine& engine,
                                     const LampLight& lamps, const CheckGather& way,
                                     const Glass* glass = nullptr, Lights* lights = nullptr);

@@ -26,7 +26,7 @@ std::vector<std::uint32_t> lamps_of(const Solution& solution) {
 }
 
 LampLight light_of_lamps(SolveState& state, const Solution& solution) {
-  LampLight light{lamps_of(solution), {}, state.interreflection};
+  LampLight light{lamps_of(solution), {}, {}, state.interreflection};
   if (light.polygons.empty() && !state.direct) return light;
   const auto stage = state.device.stage("gather at sensors");
   const std::uint64_t count = std::uint64_t(state.bands) * state.vertices;
@@ -38,7 +38,7 @@ LampLight light_of_lamps(SolveState& state, const Solution& solution) {
     const PolygonMesh& of = state.mesh.polygons[polygon];
     for (std::uint32_t p = of.first_patch; p < of.first_patch + of.patches; ++p) {
       if (state.slot_of_patch[p] == 0xffffffffu) continue;
-      slots.push_back(state.slot_of_patch[p]);
+      slots.push_back(state.slot_of_patch[p]), light.patches.push_back(p);
       for (std::uint32_t b = 0; b < state.bands; ++b)
         emitted[std::size_t(b) * state.patches + p] = state.material(p).emitted_exitance[b];
     }

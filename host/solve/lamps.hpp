@@ -11,6 +11,7 @@ class SolveState;
 
 struct LampLight {
   std::vector<std::uint32_t> polygons;  ///< the lamps, in file order
+  std::vector<std::uint32_t> patches;   ///< of them, those that have shot
   /// [band][vertex]: the part of Solution::vertex_irradiance that comes straight from lamps and from point, spot and
   /// directional lights [W/m^2]; empty where there are neither.
   std::vector<double> vertex;

@@ -75,7 +75,7 @@ SolveSetting coarser(SolveSetting s) {
 std::vector<SolveSetting> first_settings(const Scene& scene, const SolveOptions& o) {
   const SolveSetting first = first_setting(scene, o);
   if (!starts_coarser(o)) return {first};
-  if (aims_at_sensors(o) && o.target_error > 0) return {coarser(first)};
+  if (aims_at_sensors(o) && o.target_error > 0 && o.mesh.element_edge_m <= 0) return {coarser(first)};
   return {coarser(first), first};
 }
 

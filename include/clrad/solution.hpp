@@ -41,7 +41,7 @@ struct TargetStep {
   std::uint32_t samples = 0, light_samples = 0, sensor_rays = 0;
   double converge = 0;        ///< SolveOptions::converge
   double error_relative = 0;  ///< estimated
-  double seconds = 0;
+  double seconds = 0;         ///< without what compiling and loading kernels took
   /// What the steps before foretold of these two; NaN (null in JSON) of the first steps, which have none before.
   double predicted_error_relative = NAN, predicted_seconds = NAN;
 };
