@@ -33,8 +33,7 @@ class Serial final : public VisibilityEngine {
     if (segments.origin_count == 0) return;
     if (segments.samples == 0)
       occluded_pairs(segments, masks);
-    else if (!device_.info().gpu &&  // where lanes are single, and work-items what there is to fill
-             segments.origin_count < (occluders_.count < many_triangles ? few_origins : some_origins))
+    else if (segments.origin_count < (occluders_.count < many_triangles ? few_origins : some_origins))
       occluded_few(segments, masks);
     else
       occluded_samples(segments, masks);
