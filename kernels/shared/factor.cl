@@ -13,8 +13,8 @@
  *      leaves of it, with distances from the two planes in pairs where the view is grazing;
  *      Not quite as far, nor grazing: the same on its four quarters;
  *   2. else, no corner below the horizon: contour form, plain, with a running error bound; taken when the bound is small;
- *   3. else, carefully: positions, clipping, cross products and plane distances in pairs (twice the digits). Contour
- *      form when sum|terms| / |sum terms| is small, else Gauss rule on bisected cells, each far in the sense of 1.
+ *   3. else, carefully: all in pairs (twice the digits). Contour form unless all but a millionth of its terms
+ *      cancel, else Gauss rule on bisected cells, each far in the sense of 1.
  *
  * Accuracy (tests/solve/form_factor_test.cpp): 1e-5 relative in float, 1e-12 in double, as far as the positions' own
  * rounding allows. Ties: a corner on the horizon belongs to the visible part; a receiver in or behind the
@@ -251,7 +251,8 @@ REAL clrad_area_form(const clrad_pair_vector* r, const clrad_pair* z) {
   }
 }
 
-/* 2 pi F by the contour form; `allowed`: whether cancellation left it accurate. Terms are accurate to 8 roundings. */
+/* 2 pi F by the contour form in pairs; `allowed`: whether cancellation left it accurate. A term is off by its angle's
+ * error, all else by some squares of a rounding. */
 REAL clrad_contour_form(const clrad_pair_vector* r, int corners, clrad_vector n, int* allowed) {
   clrad_pair sum = clrad_two_sum(0, 0);
   REAL size = 0;
@@ -264,17 +265,14 @@ REAL clrad_contour_form(const clrad_pair_vector* r, int corners, clrad_vector n,
     const REAL unit = clrad_power_of_two(clrad_largest(clrad_rounded(c)));
     if (!(unit > 0)) continue; /* no edge, or seen from its own line */
     c = clrad_pair_vector_scaled(c, 1 / unit);
-    const clrad_vector rounded = clrad_rounded(c);
-    const REAL length = sqrt(clrad_dot(rounded, rounded));
-    const REAL term = clrad_atan2(length * unit, clrad_dot(a, b)) * (clrad_pair_dot(normal, c).hi / length);
-    const clrad_pair grown = clrad_two_sum(sum.hi, term);
-    sum.hi = grown.hi;
-    sum.lo += grown.lo;
-    size += term < 0 ? -term : term;
+    const clrad_pair length = clrad_pair_sqrt(clrad_pair_dot(c, c));
+    const clrad_pair angle = clrad_pair_atan2(clrad_pair_scaled(length, unit), clrad_pair_dot(r[i], r[next]));
+    const clrad_pair term = clrad_pair_mul(angle, clrad_pair_div(clrad_pair_dot(normal, c), length));
+    sum = clrad_pair_add(sum, term);
+    size += term.hi < 0 ? -term.hi : term.hi;
   }
-  const REAL total = sum.hi + sum.lo;
-  *allowed = 8 * CLRAD_EPSILON * size <= CLRAD_FACTOR_TOLERANCE * total;
-  return total;
+  *allowed = CLRAD_PAIR_ATAN2_ERROR * size <= CLRAD_FACTOR_TOLERANCE * sum.hi;
+  return sum.hi;
 }
 
 /* (n + n_lo) . (corner - p), in pairs. */

@@ -149,10 +149,69 @@ clrad_pair clrad_pair_div(clrad_pair a, clrad_pair b) {
   const clrad_pair r = clrad_pair_sub(a, clrad_pair_times(b, q));
   return clrad_fast_two_sum(q, r.hi / b.hi);
 }
+clrad_pair clrad_pair_sqrt(clrad_pair a) { /* a > 0 */
+  const REAL s = sqrt(a.hi);
+  return clrad_fast_two_sum(s, clrad_pair_sub(a, clrad_two_product(s, s)).hi / (2 * s));
+}
 clrad_pair clrad_pair_scaled(clrad_pair a, REAL s) { /* s a power of two: exact */
   a.hi *= s;
   a.lo *= s;
   return a;
+}
+
+/* clrad_atan2 of pairs, in its way: u - u^3 / 3 + u^5 / 5 in pairs, the rest of the series, at most u^7 / 7 with u = 1/8, in one REAL each.
+ * That is off by 3 roundings of 5e-7 of u, the first term left out by 2e-14 of u in float and 4e-20 of u in double, and the operations
+ * by some 20 squares of a rounding: CLRAD_PAIR_ATAN2_ERROR of the result in all. */
+#ifdef CLRAD_FP64
+#define CLRAD_PAIR_ATAN2_ERROR (0x1p-11 * CLRAD_EPSILON)
+#else
+#define CLRAD_PAIR_ATAN2_ERROR (0x1p-18f * CLRAD_EPSILON)
+#endif
+clrad_pair clrad_pair_atan2(clrad_pair y, clrad_pair x) {
+  const clrad_pair ax = x.hi < 0 ? clrad_pair_negative(x) : x;
+  const int steep = y.hi > ax.hi;
+  const clrad_pair big = steep ? y : ax, small = steep ? ax : y;
+  REAL k = 0;
+  clrad_pair at, base;
+  at.hi = at.lo = base.hi = base.lo = 0;
+#ifdef CLRAD_FP64
+  if (small.hi > 0.125 * big.hi) { k = 0.25; at.hi = 0.24497866312686414; at.lo = 1.0698755618734451e-17; }
+  if (small.hi > 0.375 * big.hi) { k = 0.5; at.hi = 0.4636476090008061; at.lo = 2.2698777452961687e-17; }
+  if (small.hi > 0.625 * big.hi) { k = 0.75; at.hi = 0.6435011087932844; at.lo = 1.5834785051444286e-17; }
+  if (small.hi > 0.875 * big.hi) { k = 1.0; at.hi = 0.7853981633974483; at.lo = 3.061616997868383e-17; }
+#else
+  if (small.hi > 0.125f * big.hi) { k = 0.25f; at.hi = 0.244978666f; at.lo = -3.17867777e-09f; }
+  if (small.hi > 0.375f * big.hi) { k = 0.5f; at.hi = 0.463647604f; at.lo = 5.01215869e-09f; }
+  if (small.hi > 0.625f * big.hi) { k = 0.75f; at.hi = 0.643501103f; at.lo = 5.86893734e-09f; }
+  if (small.hi > 0.875f * big.hi) { k = 1.0f; at.hi = 0.785398185f; at.lo = -2.18556941e-08f; }
+#endif
+  const clrad_pair below = clrad_pair_add(big, clrad_pair_times(small, k));
+  if (below.hi > 0) {
+    const clrad_pair u = clrad_pair_div(clrad_pair_sub(small, clrad_pair_times(big, k)), below);
+    const clrad_pair q = clrad_pair_mul(u, u);
+    clrad_pair third, fifth;
+#ifdef CLRAD_FP64
+    const REAL rest = q.hi * (-1.0 / 7 + q.hi * (1.0 / 9 + q.hi * (-1.0 / 11 + q.hi * (1.0 / 13 + q.hi * (-1.0 / 15 +
+                      q.hi * (1.0 / 17 + q.hi * (-1.0 / 19)))))));
+    third.hi = -0.3333333333333333; third.lo = -1.8503717077085943e-17;
+    fifth.hi = 0.2; fifth.lo = -1.1102230246251566e-17;
+#else
+    const REAL rest = q.hi * (-1.0f / 7 + q.hi * (1.0f / 9 + q.hi * (-1.0f / 11 + q.hi * (1.0f / 13))));
+    third.hi = -0.333333343f; third.lo = 9.93410776e-09f;
+    fifth.hi = 0.200000003f; fifth.lo = -2.98023224e-09f;
+#endif
+    const clrad_pair inner = clrad_pair_mul(q, clrad_pair_add(fifth, clrad_two_sum(0, rest)));
+    const clrad_pair tail = clrad_pair_mul(clrad_pair_mul(u, q), clrad_pair_add(third, inner));
+    at = clrad_pair_add(at, clrad_pair_add(u, tail));
+  }
+#ifdef CLRAD_FP64
+  if (x.hi < 0) { base.hi = 3.141592653589793; base.lo = 1.2246467991473532e-16; }
+  if (steep) { base.hi = 1.5707963267948966; base.lo = 6.123233995736766e-17; }
+#else
+  if (x.hi < 0) { base.hi = 3.14159274f; base.lo = -8.74227766e-08f; }
+  if (steep) { base.hi = 1.57079637f; base.lo = -4.37113883e-08f; }
+#endif
+  return steep != (x.hi < 0) ? clrad_pair_sub(base, at) : clrad_pair_add(base, at);
 }
 
 clrad_pair_vector clrad_pair_vector_sub(clrad_pair_vector a, clrad_pair_vector b) {

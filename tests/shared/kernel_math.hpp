@@ -83,6 +83,7 @@ using clrad_many = kernel_host::Many<float>;
 #undef CLRAD_VIEWFACTORS_TABLES_CL
 #undef CLRAD_R
 #undef CLRAD_EPSILON
+#undef CLRAD_PAIR_ATAN2_ERROR
 #undef CLRAD_SPLIT
 #undef CLRAD_PI
 #undef CLRAD_GAUSS_BLOCKS
