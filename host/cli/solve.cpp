@@ -88,9 +88,12 @@ void print_error(const Report& r) {
 
 void print_predicted(const Report& r) {
   if (!std::isfinite(r.predicted.seconds)) return;
-  fmt::print("predicted {:.2g} s and {:.0f} MiB, took {:.2g} s and {:.0f} MiB without pictures and files\n",
-             r.predicted.seconds, r.predicted.device_bytes / 0x1p20, r.seconds.build + r.seconds.solve,
-             double(r.device_peak_bytes) / 0x1p20);
+  fmt::print(
+      "predicted {:.2g} s and {:.0f} MiB{}, took {:.2g} s and {:.0f} MiB without pictures, files and loading "
+      "kernels\n",
+      r.predicted.seconds, r.predicted.device_bytes / 0x1p20,
+      r.refinement.refinements > 0 ? " for the first mesh" : "", r.seconds.build + r.seconds.solve,
+      double(r.device_peak_bytes) / 0x1p20);
 }
 
 void print_comparison(const Comparison& c) {

@@ -22,7 +22,7 @@ namespace {
 // (`./run bench effects` prints predicted and actual side by side).
 constexpr double cost_of_factor = 1.6, cost_of_ray = 0.25, cost_of_glass = 0.5, cost_of_weighing = 0.25,
                  cost_of_clip = 4, cost_of_vertex = 0.9, cost_of_near_field = 0.20, cost_of_covered = 110,
-                 cost_of_triangle = 4, cost_of_band = 0.02, cost_of_sensor_ray = 2.0,
+                 cost_of_triangle = 4, cost_of_band = 0.02, cost_of_sensor_ray = 4.5,
                  cost_of_element_on_host = 3, cost_of_launch_s = 20e-6;
 constexpr double launches_per_shoot = 16;
 // From a vertex and the middles of the two edges to each; what the error's estimate takes.
@@ -193,14 +193,17 @@ Prediction predict(Device& device, const Scene& scene, const SolveOptions& optio
 
   Prediction::Part common{"mesh and form factors"};
   common.seconds = shoots.direct * per_shoot + unit * cost_of_element_on_host * counts.elements +
-                   unit * cost_of_sensor_ray * double(options.sensors.size()) * options.sensor_rays;
-  if (reflects)
-    common.seconds +=
-        unit * cost_of_sensor_ray * rays_at_vertices(counts, 1, options.sensors.size(), options.sensor_rays);
+                   unit * cost_of_sensor_ray *
+                       (reflects ? gather_work(counts, 1, options.sensors.size(), options.sensor_rays)
+                                 : double(options.sensors.size()) * options.sensor_rays);
   // Points, five flags or places, five sums and two columns a vertex; corners, weights, share and value an element.
   common.device_bytes = counts.vertices * (12 * real + 20 + 5 * real + 2 * real) +
                         counts.elements * (16 + 6 * real) + counts.patches * 12 * real +
                         real * (counts.patches + counts.vertices) * shoots.direct;
+  const std::uint64_t sensors = options.sensors.size();
+  common.device_bytes +=
+      std::max(gather_bytes(device, counts.patches, bands, sensors, options.sensor_rays),
+               reflects ? vertex_gather_bytes(device, counts, 1, bands, sensors, options.sensor_rays) : 0);
   result.parts.push_back(common);
   for (const Effect& effect : effects) {
     Prediction::Part part{effect.name};

@@ -229,12 +229,18 @@ double of_mesh_and_rays(const std::vector<ErrorPart>& parts) {
 
 // How much of the surfaces' own RMS error a sensor sees beside what check points as far apart as they are resolve: next to an edge the
 // wall beside it is half of what it sees, and off alike. It is off along patches' edges: with more patches it sees less of each, and more
-// averages out. Of wrong form factors nothing does. Where light at the vertices was gathered anew, what was off at theirs is, and behind what
-// stands in the way more of that is left; `./run bench budget`.
+// averages out. Of wrong form factors nothing does. Where light at the vertices was gathered anew, what was off at theirs is, what is left
+// changes from vertex to vertex, too, and behind what stands in the way more of it is; from solves with 65,536 rays a sensor in the
+// reference's rooms, and `./run bench budget`.
 double share_of_local(const SolveState& state, bool regathered) {
-  constexpr double few = 100;  // patches: each a quarter of a box's edge
-  const double share =
-      state.options.estimator != Estimator::exact ? 1 : 0.4 * std::min(1.0, std::sqrt(few / state.patches));
+  const double patches = state.patches, elements = double(state.mesh.elements.size());
+  double share = 1;
+  if (state.options.estimator == Estimator::exact) {
+    // A quarter of a box's edge each; a third of it, and elements of a sixth of it.
+    share = !regathered ? 0.4 * std::min(1.0, std::sqrt(100 / patches))
+                        : 0.5 * std::min(1.0, std::sqrt(std::sqrt(50 / patches))) *
+                              std::min(1.0, std::cbrt(250 / elements));
+  }
   return regathered ? share * (state.occlusion ? 1.0 : 0.4) * mean_reflectance(state) : share;
 }
 

@@ -15,11 +15,11 @@ constexpr double order_of_receiving = 1.2, order_of_shooting = 1.2, order_of_sam
                  order_of_visibility_in_patches = 0.5, order_of_sensor_rays = 0.6,
                  order_of_seen_in_patches = 0.8;
 // Light is smooth where nothing stands in its way.
-constexpr double order_of_seen_in_elements = 0.5, order_of_smooth_in_elements = 1.6;
+constexpr double order_of_seen_in_elements = 0.8, order_of_smooth_in_elements = 1.6;
 // Predictions are not exact: the next setting is to come out a little below the target, and well inside the time.
-constexpr double aim_at_sensors = 0.92, aim_all_over = 0.9, share_of_time_left = 0.75;
+constexpr double aim_at_sensors = 0.86, aim_all_over = 0.9, share_of_time_left = 0.75;
 // The estimate at sensors is of few points and may be too low: while there is a way to, it is brought this far below the target.
-constexpr double enough_at_sensors = 0.95;
+constexpr double enough_at_sensors = 0.9;
 // What a sensor sees is off by this much more where the mesh is too fine for its vertices to be gathered anew.
 constexpr double without_vertices = 2.5;
 // Unshot light that makes more of the error than this share of what is aimed at is shot on, down to the second share: it is cheap,
@@ -126,15 +126,8 @@ TargetErrors predicted(const TargetErrors& now, const SolveSetting& at, const So
   return e;
 }
 
-// In rays of a sensor: those, the vertices' where light is gathered anew there, which are cheaper, a form factor for each of all these places and each patch, and
-// launches. From solves of the reference's rooms, 15 settings each: within a fifth but for two of 45.
 double gather_work(const SolveCost& now, const MeshSize& mesh, const SolveSetting& setting) {
-  constexpr double launches = 3e4, vertex_ray = 0.65;
-  const double at_vertices = rays_at_vertices(now, mesh, setting);
-  const double places =
-      double(now.sensors) + (at_vertices > 0 ? now.uncovered * (mesh.vertices + mesh.edges) : 0);
-  return launches + double(now.sensors) * setting.sensor_rays + vertex_ray * at_vertices +
-         places * mesh.patches;
+  return gather_work(mesh, now.uncovered, now.sensors, setting.sensor_rays);
 }
 
 // Columns are patches x vertices, with a ray a sample, some launches for each patch whatever its size, and more for the solve. From the same

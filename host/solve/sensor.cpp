@@ -224,16 +224,15 @@ class Gather {
   }
 };
 
-std::uint32_t points_at_a_time(const Device& device, const Solution& solution, const Surroundings& around,
-                               std::uint32_t count, std::uint32_t rays, std::uint64_t most_bytes) {
+std::uint32_t points_at_a_time(const Device& device, double patches, double bands, std::uint64_t count,
+                               std::uint32_t rays, std::uint64_t most_bytes) {
   const std::uint64_t room = std::min(
       most_bytes, (device.ledger()->limit - std::min(device.ledger()->limit, device.ledger()->held)) / 4);
   // Rays dominate: three points, weights, masks and owners take some 200 bytes each in float, what is found 4 a band, in double twice
   // that.
-  const std::uint64_t per_point =
-      (std::uint64_t(rays) + 4 * std::uint64_t(around.patches)) * (400 + 16 * std::uint64_t(solution.bands));
-  return std::uint32_t(std::clamp<std::uint64_t>(
-      room / per_point, 1, std::min<std::uint64_t>(count, (1u << 30) / around.patches)));
+  const double per_point = (rays + 4 * patches) * (400 + 16 * bands);
+  const double most = std::min(double(count), double(1u << 30) / patches);
+  return std::uint32_t(std::max(1.0, std::min(double(room) / per_point, most)));
 }
 
 }  // namespace
@@ -242,7 +241,8 @@ void gather_at(Device& device, const Solution& solution, const Surroundings& aro
                VisibilityEngine& engine, const Way& way, const Glass* glass, Lights* lights,
                RealArray& irradiance, RealArray& error, std::uint64_t most_bytes) {
   const auto count = std::uint32_t(points.size());
-  const std::uint32_t batch = points_at_a_time(device, solution, around, count, way.rays, most_bytes);
+  const std::uint32_t batch =
+      points_at_a_time(device, around.patches, solution.bands, count, way.rays, most_bytes);
   Gather gather(device, solution, around, points, engine, way, glass, lights);
   for (std::uint32_t first = 0; first < count; first += batch)
     gather.run(first, std::min(batch, count - first), irradiance, error);
@@ -253,9 +253,9 @@ void look_from(Device& device, const Solution& solution, const Surroundings& aro
   // One ray goes to each patch at least, however few are asked for.
   constexpr std::uint32_t at_a_time = 1u << 18;
   const auto count = std::uint32_t(points.size());
-  const std::uint32_t batch =
-      std::clamp(at_a_time / (way.rays + around.patches), 1u,
-                 points_at_a_time(device, solution, around, count, way.rays, ~std::uint64_t(0)));
+  const std::uint32_t batch = std::clamp(
+      at_a_time / (way.rays + around.patches), 1u,
+      points_at_a_time(device, around.patches, solution.bands, count, way.rays, ~std::uint64_t(0)));
   Gather gather(device, solution, around, points, engine, way, glass, nullptr);
   for (std::uint32_t first = 0; first < count; first += batch) {
     RayEnds ends;
@@ -275,6 +275,16 @@ void add_light_of(Lights& lights, Device& device, VisibilityEngine& engine, cons
   const std::vector<double> by_band = direct.download();
   for (std::uint64_t s = 0; s < count; ++s)
     for (std::uint32_t b = 0; b < bands; ++b) irradiance[s * bands + b] += by_band[b * count + s];
+}
+
+double gather_bytes(const Device& device, double patches, double bands, std::uint64_t sensors,
+                    std::uint32_t rays) {
+  if (sensors == 0) return 0;
+  const double real = device.options().precision == Precision::float64 ? 8 : 4;
+  const double points = points_at_a_time(device, patches, bands, sensors, rays, ~std::uint64_t(0));
+  // Of a ray three points, its weight, place and light, and eleven masks, owners and numbers; of a pair its numbers and moments.
+  const double ray = 3 * (9 * real + 8) + (4 + bands) * real + 11 * 4, pair = 5 * 4 + (3 + 2 * bands) * real;
+  return points * (std::max(first_share, 1 - first_share) * rays * ray + patches * pair);
 }
 
 Frame frame_with_sensors(const Scene& scene, std::span<const Sensor> sensors) {

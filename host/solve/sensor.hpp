@@ -32,6 +32,10 @@ std::vector<SensorResult> gather_at_sensors(Device& device, const Solution& solu
                                             Lights* lights = nullptr, const LampLight* lamps = nullptr,
                                             bool* regathered = nullptr);
 
+/// What that takes of the device's memory while it lasts, beside the solution.
+double gather_bytes(const Device& device, double patches, double bands, std::uint64_t sensors,
+                    std::uint32_t rays);
+
 /// How to gather at points.
 struct Way {
   std::uint32_t rays = 0, seed = 0;

@@ -10,6 +10,7 @@
 
 #include "clrad/effects.hpp"
 #include "clrad/solver.hpp"
+#include "device/working_time.hpp"
 #include "effects/colour.hpp"
 #include "mesh/average.hpp"
 #include "mesh/build.hpp"
@@ -139,7 +140,7 @@ void warn_of_specular(const SolveState& state, Report& report) {
 
 // The bands of `scene`, all at once.
 Solution solve_bands(Device& device, const Scene& scene, const SolveOptions& options,
-                     const std::vector<Effect>& effects, Clock::time_point start) {
+                     const std::vector<Effect>& effects, const WorkingTime& building) {
   Solution solution;
   solution.scene = scene;
   solution.bands = std::uint32_t(scene.bands.size());
@@ -186,9 +187,9 @@ Solution solve_bands(Device& device, const Scene& scene, const SolveOptions& opt
   state.clip = clip ? &*clip : nullptr;
   state.enclosure = state.through_glass ? opened_by_glass(scene) : find_enclosure(scene);
   decide_closing(state);
-  solution.report.seconds.build = since(start);
-  const auto shooting = Clock::now();
-  Run run{state, solution, triangles, shooting};
+  solution.report.seconds.build = building.seconds();
+  const WorkingTime shooting(device);
+  Run run{state, solution, triangles, Clock::now()};
   if (runs(effects, "lights")) state.direct = std::make_unique<LitByLights>(state, solution.frame, planes);
   if (resumed) {
     resumed->read_state(run);
@@ -223,7 +224,7 @@ Solution solve_bands(Device& device, const Scene& scene, const SolveOptions& opt
                                          &gathered.regathered);
     gathered.rays = engine->counts().rays - before;
   }
-  solution.report.seconds.solve = since(shooting);
+  solution.report.seconds.solve = shooting.seconds();
 
   Report& report = solution.report;
   report.effects = effects;
@@ -270,6 +271,7 @@ SolveOptions as_planned(SolveOptions options, const std::vector<Effect>& effects
 // The solve with these very options.
 Solution solve_once(Device& device, const Scene& given, const SolveOptions& options) {
   const auto start = Clock::now();
+  const WorkingTime building(device);
   const std::vector<Effect> effects = plan_effects(given, options);
   Scene scene = given;
   if (has_textures(scene) && !runs(effects, "textures")) scene = with_mean_colours(std::move(scene));
@@ -277,12 +279,12 @@ Solution solve_once(Device& device, const Scene& given, const SolveOptions& opti
   const SolveOptions chosen = as_planned(options, effects);
   Solution solution;
   if (runs(effects, "colour") || scene.bands.size() == 1) {
-    solution = solve_bands(device, scene, chosen, effects, start);
+    solution = solve_bands(device, scene, chosen, effects, building);
   } else if (const std::vector<double> factors = band_factors(scene); !factors.empty()) {
-    solution = solve_bands(device, one_band(scene, factors), chosen, effects, start);
+    solution = solve_bands(device, one_band(scene, factors), chosen, effects, building);
     spread_over_bands(solution, scene, factors);
   } else {
-    solution = solve_bands(device, without_colour(scene), chosen, effects, start);
+    solution = solve_bands(device, without_colour(scene), chosen, effects, building);
   }
   Report& report = solution.report;
   report.stages = device.profile();

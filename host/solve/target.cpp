@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "clrad/error.hpp"
+#include "device/working_time.hpp"
 #include "scene/extent.hpp"
 #include "solve/checkpoint.hpp"
 #include "solve/next_setting.hpp"
@@ -79,22 +80,6 @@ std::vector<SolveSetting> first_settings(const Scene& scene, const SolveOptions&
   return {coarser(first), first};
 }
 
-// A solve's time, without what loading kernels took.
-class SolveTime {
- public:
-  explicit SolveTime(const Device& device) : device_(device) { restart(); }
-  void restart() { start_ = Clock::now(), loading_before_ = device_.loading_seconds(); }
-  double seconds() const {
-    return std::chrono::duration<double>(Clock::now() - start_).count() -
-           (device_.loading_seconds() - loading_before_);
-  }
-
- private:
-  const Device& device_;
-  Clock::time_point start_;
-  double loading_before_ = 0;
-};
-
 }  // namespace
 
 TargetForecast foretell_target(Device& device, const Scene& scene, const SolveOptions& asked,
@@ -106,7 +91,7 @@ TargetForecast foretell_target(Device& device, const Scene& scene, const SolveOp
   const auto elapsed = [&] { return std::chrono::duration<double>(Clock::now() - start).count(); };
   const std::vector<SolveSetting> settings = first_settings(scene, options);
   double sensors_before = sensor_seconds(device.profile());
-  SolveTime time(device);
+  WorkingTime time(device);
   TargetForecast result;
   for (const SolveSetting& setting : settings) {
     SolveOptions probe = with_setting(options, setting);
@@ -140,7 +125,7 @@ Solution solve_to_target(Device& device, const Scene& scene, const SolveOptions&
   const std::vector<SolveSetting> first = first_settings(scene, options);
   SolveSetting setting = first[0];
   double sensors_before = sensor_seconds(device.profile());
-  SolveTime time(device);
+  WorkingTime time(device);
   std::optional<Solution> best;
   std::vector<TargetStep> steps;
   std::optional<TargetErrors> foretold;  // of the setting at hand

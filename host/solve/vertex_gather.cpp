@@ -193,4 +193,22 @@ double rays_at_vertices(const MeshSize& mesh, double uncovered, std::uint64_t se
   return mesh.patches <= double(most_patches_per_ray * each) ? places * each : 0;
 }
 
+double gather_work(const MeshSize& mesh, double uncovered, std::uint64_t sensors, std::uint32_t rays) {
+  constexpr double launches = 3e4, vertex_ray = 0.65;
+  if (sensors == 0) return 0;
+  const double at_vertices = rays_at_vertices(mesh, uncovered, sensors, rays);
+  const double places = double(sensors) + (at_vertices > 0 ? uncovered * (mesh.vertices + mesh.edges) : 0);
+  return launches + double(sensors) * rays + vertex_ray * at_vertices + places * mesh.patches;
+}
+
+double vertex_gather_bytes(const Device& device, const MeshSize& mesh, double uncovered, double bands,
+                           std::uint64_t sensors, std::uint32_t rays) {
+  const double at_vertices = rays_at_vertices(mesh, uncovered, sensors, rays);
+  if (!(at_vertices > 0)) return 0;
+  const double places = uncovered * (mesh.vertices + mesh.edges);
+  // Most get their even share of the rays, and one for each patch that faces them.
+  const double each = at_vertices / places / alike_part + mesh.patches / 2;
+  return gather_bytes(device, mesh.patches, bands, std::uint64_t(places), std::uint32_t(each));
+}
+
 }  // namespace clrad

@@ -62,6 +62,7 @@ struct Report {
   std::uint64_t shoots = 0;    ///< patches traced and shot, re-shoots not counted
   std::uint64_t reshoots = 0;  ///< shots from kept columns
   std::uint64_t rays = 0, pieces = 0, candidates = 0, exact_tests = 0;
+  /// build and solve: without what compiling and loading kernels took, which is in `total`.
   struct {
     double import = 0, build = 0, solve = 0, render = 0, total = 0;
   } seconds;
