@@ -192,15 +192,16 @@ Prediction predict(Device& device, const Scene& scene, const SolveOptions& optio
   const double columns = real * (counts.patches + counts.vertices) * result.shoots;
 
   Prediction::Part common{"mesh and form factors"};
-  common.seconds = shoots.direct * per_shoot + unit * cost_of_element_on_host * counts.elements +
-                   unit * cost_of_sensor_ray *
-                       (reflects ? gather_work(counts, 1, options.sensors.size(), options.sensor_rays)
-                                 : double(options.sensors.size()) * options.sensor_rays);
+  common.seconds = shoots.direct * per_shoot + unit * cost_of_element_on_host * counts.elements;
+  const std::uint64_t sensors = options.sensors.size();
+  if (sensors > 0)
+    common.seconds += unit * cost_of_sensor_ray *
+                      (reflects ? gather_work(counts, 1, sensors, options.sensor_rays)
+                                : double(sensors) * options.sensor_rays);
   // Points, five flags or places, five sums and two columns a vertex; corners, weights, share and value an element.
   common.device_bytes = counts.vertices * (12 * real + 20 + 5 * real + 2 * real) +
                         counts.elements * (16 + 6 * real) + counts.patches * 12 * real +
                         real * (counts.patches + counts.vertices) * shoots.direct;
-  const std::uint64_t sensors = options.sensors.size();
   common.device_bytes +=
       std::max(gather_bytes(device, counts.patches, bands, sensors, options.sensor_rays),
                reflects ? vertex_gather_bytes(device, counts, 1, bands, sensors, options.sensor_rays) : 0);

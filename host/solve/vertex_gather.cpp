@@ -195,7 +195,6 @@ double rays_at_vertices(const MeshSize& mesh, double uncovered, std::uint64_t se
 
 double gather_work(const MeshSize& mesh, double uncovered, std::uint64_t sensors, std::uint32_t rays) {
   constexpr double launches = 3e4, vertex_ray = 0.65;
-  if (sensors == 0) return 0;
   const double at_vertices = rays_at_vertices(mesh, uncovered, sensors, rays);
   const double places = double(sensors) + (at_vertices > 0 ? uncovered * (mesh.vertices + mesh.edges) : 0);
   return launches + double(sensors) * rays + vertex_ray * at_vertices + places * mesh.patches;

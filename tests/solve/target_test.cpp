@@ -66,7 +66,7 @@ TEST(Target, StepsAreForetoldOnADeviceThatWasUsed) {
   SolveOptions long_before = o;
   long_before.sensor_rays = 1u << 18;  // 256 times the first step's
   solve(target_device(), scene, long_before);
-  o.target_error = 0.003;
+  o.target_error = 0.002;
   const Solution s = solve(target_device(), scene, o);
   ASSERT_GE(s.report.target.steps.size(), 2u);
   const TargetStep &first = s.report.target.steps[0], &second = s.report.target.steps[1];
