@@ -78,7 +78,7 @@ void print_plan(const Scene& scene, const std::vector<Effect>& effects, const Pr
   fmt::print(
       "\n\"if not\": the error of not running it, relative to all light. Seconds are predicted from a probe "
       "of the "
-      "device, without pictures and files.\n");
+      "device, without pictures, files and loading kernels.\n");
 }
 
 void print_forecast(const SolveOptions& asked, const TargetForecast& f) {

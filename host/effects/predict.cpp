@@ -203,7 +203,7 @@ Prediction predict(Device& device, const Scene& scene, const SolveOptions& optio
                         counts.elements * (16 + 6 * real) + counts.patches * 12 * real +
                         real * (counts.patches + counts.vertices) * shoots.direct;
   common.device_bytes +=
-      std::max(gather_bytes(device, counts.patches, bands, sensors, options.sensor_rays),
+      std::max(sensor_gather_bytes(device, counts.patches, bands, sensors, options.sensor_rays),
                reflects ? vertex_gather_bytes(device, counts, 1, bands, sensors, options.sensor_rays) : 0);
   result.parts.push_back(common);
   for (const Effect& effect : effects) {

@@ -236,7 +236,7 @@ double share_of_local(const SolveState& state, bool regathered) {
   const double patches = state.patches, elements = double(state.mesh.elements.size());
   double share = 1;
   if (state.options.estimator == Estimator::exact) {
-    // A quarter of a box's edge each; a third of it, and elements of a sixth of it.
+    // 100 patches of a box: a quarter of its edge each; 50: a third; 250 elements: a sixth.
     share = !regathered ? 0.4 * std::min(1.0, std::sqrt(100 / patches))
                         : 0.5 * std::min(1.0, std::sqrt(std::sqrt(50 / patches))) *
                               std::min(1.0, std::cbrt(250 / elements));

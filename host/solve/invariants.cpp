@@ -65,13 +65,20 @@ void check_invariants(SolveState& state, Solution& solution) {
   std::vector<double> row(rows, 0);
   std::vector<std::vector<double>> sampled(slots);
   const std::uint32_t stride = std::max(1u, slots / 64);
-  for (std::uint32_t s = 0; s < slots; ++s) {
-    const auto column = state.patch_columns.download(s * rows, rows);
-    for (std::size_t p = 0; p < rows; ++p) {
-      row[p] += column[p];
-      over = std::max({over, column[p] - 1, -column[p]});
+  // As many columns at a time as are no burden on the host: each download is a wait.
+  const auto at_once =
+      std::uint32_t(std::max<std::size_t>(1, (std::size_t(1) << 20) / std::max<std::size_t>(1, rows)));
+  for (std::uint32_t begin = 0; begin < slots; begin += at_once) {
+    const std::uint32_t end = std::min(slots, begin + at_once);
+    const auto columns = state.patch_columns.download(begin * rows, (end - begin) * rows);
+    for (std::uint32_t s = begin; s < end; ++s) {
+      const auto column = columns.begin() + std::ptrdiff_t((s - begin) * rows);
+      for (std::size_t p = 0; p < rows; ++p) {
+        row[p] += column[std::ptrdiff_t(p)];
+        over = std::max({over, column[std::ptrdiff_t(p)] - 1, -column[std::ptrdiff_t(p)]});
+      }
+      if (s % stride == 0) sampled[s].assign(column, column + std::ptrdiff_t(rows));
     }
-    if (s % stride == 0) sampled[s] = column;
   }
   for (std::uint32_t s = 0; s < slots; s += stride)
     for (std::uint32_t t = 0; t < s; t += stride) {

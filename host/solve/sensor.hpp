@@ -32,10 +32,6 @@ std::vector<SensorResult> gather_at_sensors(Device& device, const Solution& solu
                                             Lights* lights = nullptr, const LampLight* lamps = nullptr,
                                             bool* regathered = nullptr);
 
-/// What that takes of the device's memory while it lasts, beside the solution.
-double gather_bytes(const Device& device, double patches, double bands, std::uint64_t sensors,
-                    std::uint32_t rays);
-
 /// How to gather at points.
 struct Way {
   std::uint32_t rays = 0, seed = 0;
@@ -50,6 +46,14 @@ struct Way {
 void gather_at(Device& device, const Solution& solution, const Surroundings& around, const PointArray& points,
                VisibilityEngine& engine, const Way& way, const Glass* glass, Lights* lights,
                RealArray& irradiance, RealArray& error, std::uint64_t most_bytes = ~std::uint64_t(0));
+
+/// About what gather_at() takes of the device's memory while it lasts, beside the solution, when `first` of the rays are shared out by what patches
+/// bring: as many points at a time as the memory that is left now has room for.
+double gather_bytes(const Device& device, double patches, double bands, std::uint64_t points,
+                    std::uint32_t rays, double first);
+/// The same of gather_at_sensors(), but for the vertices.
+double sensor_gather_bytes(const Device& device, double patches, double bands, std::uint64_t sensors,
+                           std::uint32_t rays);
 
 /// Tells `seen` where rays from `points` end, some points at a time.
 void look_from(Device& device, const Solution& solution, const Surroundings& around, const PointArray& points,

@@ -205,9 +205,9 @@ double vertex_gather_bytes(const Device& device, const MeshSize& mesh, double un
   const double at_vertices = rays_at_vertices(mesh, uncovered, sensors, rays);
   if (!(at_vertices > 0)) return 0;
   const double places = uncovered * (mesh.vertices + mesh.edges);
-  // Most get their even share of the rays, and one for each patch that faces them.
-  const double each = at_vertices / places / alike_part + mesh.patches / 2;
-  return gather_bytes(device, mesh.patches, bands, std::uint64_t(places), std::uint32_t(each));
+  // Most get their even share of the rays.
+  const double each = at_vertices / places / alike_part;
+  return gather_bytes(device, mesh.patches, bands, std::uint64_t(places), std::uint32_t(each), 1);
 }
 
 }  // namespace clrad

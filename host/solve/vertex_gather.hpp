@@ -25,7 +25,7 @@ double rays_at_vertices(const MeshSize& mesh, double uncovered, std::uint64_t se
 /// and each patch, and launches. From 45 solves of the reference's rooms: within a fifth but for two.
 double gather_work(const MeshSize& mesh, double uncovered, std::uint64_t sensors, std::uint32_t rays);
 
-/// gather_bytes() of what gather_at_vertices() does.
+/// gather_bytes() of the vertices.
 double vertex_gather_bytes(const Device& device, const MeshSize& mesh, double uncovered, double bands,
                            std::uint64_t sensors, std::uint32_t rays);
 

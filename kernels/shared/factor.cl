@@ -13,8 +13,8 @@
  *      leaves of it, with distances from the two planes in pairs where the view is grazing;
  *      Not quite as far, nor grazing: the same on its four quarters;
  *   2. else, no corner below the horizon: contour form, plain, with a running error bound; taken when the bound is small;
- *   3. else, carefully: all in pairs (twice the digits). Contour form unless all but a millionth of its terms
- *      cancel, else Gauss rule on bisected cells, each far in the sense of 1.
+ *   3. else, carefully: all in pairs (twice the digits). Contour form unless all but some ten-millionth of its
+ *      terms cancel, else Gauss rule on bisected cells, each far in the sense of 1.
  *
  * Accuracy (tests/solve/form_factor_test.cpp): 1e-5 relative in float, 1e-12 in double, as far as the positions' own
  * rounding allows. Ties: a corner on the horizon belongs to the visible part; a receiver in or behind the
@@ -252,7 +252,8 @@ REAL clrad_area_form(const clrad_pair_vector* r, const clrad_pair* z) {
 }
 
 /* 2 pi F by the contour form in pairs; `allowed`: whether cancellation left it accurate. A term is off by its angle's
- * error, all else by some squares of a rounding. */
+ * error, all else by some squares of a rounding. pre: no corner below the horizon; then n has no more than d along an edge that passes at a
+ * distance of d, and there c / |c| is off by a square of a rounding over d along the edge. */
 REAL clrad_contour_form(const clrad_pair_vector* r, int corners, clrad_vector n, int* allowed) {
   clrad_pair sum = clrad_two_sum(0, 0);
   REAL size = 0;

@@ -331,7 +331,7 @@ static uint neighbour(uint n) {
 
 /* Adds each pair's rays to its moments, and to done[]. Weights are taken relative to the factor, which keeps them in range. What rays evenly
  * spread leave open is how x differs within the cell of each. Neighbours a cell's side h apart tell: for a gradient g their squared difference
- * is h^2 g^2 / 2 on average, and the variance in a cell h^2 g^2 / 12 for each axis, a third of the half of it; where an edge cuts a cell, P(they
+ * is h^2 g^2 / 2 on average, and the variance in a cell h^2 g^2 / 12, a third of the half of it; where an edge cuts a cell, P(they
  * differ) = 2 / pi against E p (1 - p) = 1 / 6, half of the half. Half is taken for all. */
 __kernel void sensor_tally(__global const uint* ray_offsets, __global const REAL* weight, __global const REAL* found,
                            __global const REAL* factor, __global REAL* moments, __global uint* done, uint pairs, uint rays,
@@ -370,7 +370,7 @@ static REAL moments_of(__global const REAL* moments, uint pairs, uint pair, uint
   return all > 0 ? m[pairs] / (all * all) : 0;
 }
 
-/* What shares out the other rays: the factor x the deviation of a single ray. It is taken as half of the patch's average until enough rays
+/* What shares out the other rays: the factor x the deviation of a single ray within its cell. It is taken as half of the patch's average until enough rays
  * say otherwise, and never from the mean that they found: who gets few rays because the first were dark stays too dark. */
 #define PRIOR_RAYS 4
 __kernel void sensor_spread(__global const uint* owner, __global const REAL* factor, __global const REAL* moments,

@@ -3,6 +3,8 @@
 #include "effects/rooms.hpp"
 #include "effects/support.hpp"
 #include "mesh/build.hpp"
+#include "solve/sensor.hpp"
+#include "solve/vertex_gather.hpp"
 
 namespace clrad {
 namespace {
@@ -42,6 +44,39 @@ TEST(Predict, ShootsAndMemoryAreNearTheActual) {
       EXPECT_LT(p.device_bytes, double(s.report.device_peak_bytes) * 1.5);
       EXPECT_GT(p.seconds, 0);
     }
+}
+
+// Rays of sensors are most of the memory where many are cast at a time; with few, those of the vertices.
+TEST(Predict, MemoryOfSensorsIsNearTheActual) {
+  const Scene scene = make_room({.coloured_wall = true, .block = true});
+  for (const std::uint32_t rays : {1024u, 16384u}) {
+    SolveOptions options;
+    options.mesh = {0.25, 0.125};
+    options.sensor_rays = rays;
+    for (int i = 0; i < 64; ++i)
+      options.sensors.push_back({{0.1 + 0.1 * (i % 8), 0.1 + 0.1 * (i / 8), 0.5}, {0, 0, 1}});
+    Device device;  // whose peak is of this solve
+    const Prediction p = predict(device, scene, options, plan_effects(scene, options));
+    const Solution s = solve(device, scene, options);
+    EXPECT_GT(p.device_bytes, double(s.report.device_peak_bytes) / 1.5) << rays;
+    EXPECT_LT(p.device_bytes, double(s.report.device_peak_bytes) * 1.5) << rays;
+  }
+}
+
+TEST(Predict, GatheringAtNothingTakesLittle) {
+  Device device;
+  const MeshSize mesh{10, 40, 60, 100}, one{1, 1, 4, 4};
+  for (const MeshSize& m : {mesh, one})
+    for (const double uncovered : {0.0, 1.0}) {
+      EXPECT_GT(gather_work(m, uncovered, 0, 1024), 0);
+      EXPECT_TRUE(std::isfinite(gather_work(m, uncovered, 0, 1024)));
+      EXPECT_GT(gather_work(m, uncovered, 8, 1024), gather_work(m, uncovered, 0, 1024));
+      EXPECT_EQ(vertex_gather_bytes(device, m, uncovered, 3, 0, 1024), 0);
+    }
+  EXPECT_EQ(vertex_gather_bytes(device, mesh, 0, 3, 8, 1024), 0);
+  EXPECT_EQ(sensor_gather_bytes(device, 10, 3, 0, 1024), 0);
+  // As many rays as there may be take what memory is left, and not more.
+  EXPECT_LT(sensor_gather_bytes(device, 10, 3, 1u << 20, 1u << 20), double(device.ledger()->limit));
 }
 
 // Two thousand crumbs on shelves of air: large patches shoot again from what is kept before crumbs would shoot at all.
