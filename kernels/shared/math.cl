@@ -159,9 +159,9 @@ clrad_pair clrad_pair_scaled(clrad_pair a, REAL s) { /* s a power of two: exact 
   return a;
 }
 
-/* clrad_atan2 of pairs, in its way (y >= 0; NaN is told by no bit of the result): u - u^3 / 3 + u^5 / 5 in pairs, the rest of the series, at most u^7 / 7 with u = 1/8, in one REAL each.
- * That is off by 3 roundings of 5e-7 of u, the first term left out by 2e-14 of u in float and 4e-20 of u in double, and the operations
- * by some 20 squares of a rounding: CLRAD_PAIR_ATAN2_ERROR of the result in all. */
+/* clrad_atan2 of pairs, in its way, y >= 0; with NaN any angle may come out. u - u^3 / 3 + u^5 / 5 is taken in pairs, the rest of the series,
+ * at most u^7 / 7 with u = 1/8, in one REAL each. That is off by 3 roundings of 5e-7 of u, the first term left out by 2e-14 of u in float
+ * and 4e-20 of u in double, and the operations by some 20 squares of a rounding: CLRAD_PAIR_ATAN2_ERROR of the result in all. */
 #ifdef CLRAD_FP64
 #define CLRAD_PAIR_ATAN2_ERROR (0x1p-11 * CLRAD_EPSILON)
 #else

@@ -370,8 +370,8 @@ static REAL moments_of(__global const REAL* moments, uint pairs, uint pair, uint
   return all > 0 ? m[pairs] / (all * all) : 0;
 }
 
-/* What shares out the other rays: the factor x the deviation of a single ray within its cell. It is taken as half of the patch's average until enough rays
- * say otherwise, and never from the mean that they found: who gets few rays because the first were dark stays too dark. */
+/* What shares out the other rays: the factor x the deviation of a single ray within its cell. It is taken as half of the patch's average
+ * until enough rays say otherwise, and never from the mean that they found: who gets few rays because the first were dark stays too dark. */
 #define PRIOR_RAYS 4
 __kernel void sensor_spread(__global const uint* owner, __global const REAL* factor, __global const REAL* moments,
                             __global const uint* done, __global const REAL* radiosity, __global float* weight,
