@@ -287,8 +287,8 @@ double gather_bytes(const Device& device, double patches, double bands, std::uin
   // faces the point gets a ray at first, however few there are; half of all do.
   const double point = 9 * real + 8, to_lamps = 0.7 * (point + real + 5 * 4);
   const double ray = 2 * point + (3 + bands) * real + 6 * 4 + to_lamps, pair = 5 * 4 + (3 + 2 * bands) * real;
-  const double most_rays = std::max(first * rays + patches / 2, (1 - first) * rays);
-  return together * (most_rays * ray + patches * pair);
+  const double rays_at_once = std::max(first * rays + patches / 2, (1 - first) * rays);
+  return together * (rays_at_once * ray + patches * pair);
 }
 
 double sensor_gather_bytes(const Device& device, double patches, double bands, std::uint64_t sensors,
