@@ -101,7 +101,7 @@ struct SolveOptions {
   std::vector<std::string> without;
   bool error = true;  ///< estimate what the solve is off by (Report::error)
   /// Estimated relative error to reach, such as 0.01; 0: none. The scene is solved coarsely and then finer until it is met (at sensors,
-  /// where few points tell, by 5 % as long as that can be had); mesh, samples
+  /// where few points tell, by 10 % as long as that can be had); mesh, samples
   /// and sensor_rays above are where that starts, as far as mesh edges are given.
   double target_error = 0;
   TargetOf target_of = TargetOf::automatic;

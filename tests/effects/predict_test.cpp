@@ -63,6 +63,20 @@ TEST(Predict, MemoryOfSensorsIsNearTheActual) {
   }
 }
 
+// What is predicted is compared with these, and does not know what is compiled already. Loading is most of so small a solve.
+TEST(Predict, SecondsOfASolveAreWithoutLoadingKernels) {
+  Device device;
+  SolveOptions options;
+  options.mesh = {1, 0.5};
+  options.error = false;
+  const Solution s = solve(device, make_room({}), options);
+  EXPECT_GT(device.loading_seconds(), 0);
+  EXPECT_GT(s.report.seconds.solve, 0);
+  // All of these are parts of the same time, by one clock.
+  EXPECT_LE(s.report.seconds.build + s.report.seconds.solve + device.loading_seconds(),
+            s.report.seconds.total + 1e-3);
+}
+
 TEST(Predict, GatheringAtNothingTakesLittle) {
   Device device;
   const MeshSize mesh{10, 40, 60, 100}, one{1, 1, 4, 4};
