@@ -12,6 +12,14 @@ Displayed::Displayed(const Solution& solution, std::vector<double> values)
   bend = edge_bends(solution.mesh, edges, solution.vertex_covered, radiosity, solution.bands);
 }
 
+Displayed::Displayed(const Edges& of, std::size_t count, std::vector<double> values,
+                     std::vector<double> bends)
+    : vertices(count),
+      edge_count(of.ends.size()),
+      radiosity(std::move(values)),
+      edges(of),
+      bend(std::move(bends)) {}
+
 double Displayed::at(std::uint32_t band, const Interpolant& where) const {
   double sum = 0;
   for (std::size_t k = 0; k < 8; ++k) sum += where.weight[k] * radiosity[band * vertices + where.vertex[k]];

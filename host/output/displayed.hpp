@@ -19,6 +19,8 @@ struct Displayed {
   explicit Displayed(const Solution& solution, bool ambient = false);
   /// The same of any values [band][vertex] on the solution's mesh.
   Displayed(const Solution& solution, std::vector<double> values);
+  /// With bends that are known: [band][edge] of `edges`.
+  Displayed(const Edges& edges, std::size_t vertices, std::vector<double> values, std::vector<double> bends);
   double at(std::uint32_t band, const Interpolant& where) const;
 };
 

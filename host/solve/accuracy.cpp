@@ -185,25 +185,6 @@ std::vector<double> missing_light(SolveState& state, const Solution& solution,
   return result;
 }
 
-// By how much what the mesh shows of the light that comes straight from lamps differs from that light, at check points.
-Twice of_lamps(SolveState& state, const Solution& solution, const LampLight& lamps,
-               const std::vector<CheckPoint>& inside, std::uint32_t rays, std::uint64_t seed) {
-  std::vector<Point> at;
-  Values shown{solution.bands, {}, {}};
-  const Displayed displayed(solution, lamps.vertex);
-  for (const CheckPoint& p : inside) {
-    at.push_back(p.point), shown.weight.push_back(p.weight);
-    for (std::uint32_t b = 0; b < solution.bands; ++b) shown.all.push_back(displayed.at(b, p.where));
-  }
-  const PointArray points(state.device, at, "check points");
-  const auto found = [&](std::uint64_t of_seed) {
-    return Values{solution.bands, shown.weight,
-                  gather_of_lamps(state.device, solution, state.engine, lamps, {&points, rays, of_seed, true},
-                                  state.glass, state.direct ? &state.direct->lights : nullptr)};
-  };
-  return {minus(shown, found(seed + 1)), minus(shown, found(seed + 2))};
-}
-
 // A share of the pairs of patch and vertex that the solve traced, and of sensors' rays: first for points, then for rays from each.
 struct Effort {
   std::uint32_t points, rays;
@@ -227,47 +208,40 @@ double of_mesh_and_rays(const std::vector<ErrorPart>& parts) {
   return std::sqrt(squares);
 }
 
-// How much of the surfaces' own RMS error a sensor sees beside what check points as far apart as they are resolve: next to an edge the
-// wall beside it is half of what it sees, and off alike. It is off along patches' edges: with more patches it sees less of each, and more
-// averages out. Of wrong form factors nothing does. Where light at the vertices was gathered anew, what was off at theirs is, what is left
-// changes from vertex to vertex, too, and behind what stands in the way more of it is; from solves with 65,536 rays a sensor in the
-// reference's rooms, and `./run bench budget`.
-double share_of_local(const SolveState& state, bool regathered) {
-  const double patches = state.patches, elements = double(state.mesh.elements.size());
-  double share = 1;
-  if (state.options.estimator == Estimator::exact) {
-    // 100 patches of a box: a quarter of its edge each; 50: a third; 250 elements: a sixth.
-    share = !regathered ? 0.4 * std::min(1.0, std::sqrt(100 / patches))
-                        : 0.5 * std::min(1.0, std::sqrt(std::sqrt(50 / patches))) *
-                              std::min(1.0, std::cbrt(250 / elements));
-  }
-  return regathered ? share * (state.occlusion ? 1.0 : 0.4) * mean_reflectance(state) : share;
-}
+// Beside what check points as far apart as they are resolve: next to an edge the wall beside it is half of what a sensor sees, and off
+// alike. From solves with 65,536 rays a sensor in the reference's rooms.
+constexpr double share_of_local = 0.1, share_in_the_open = 0.03;
 
-// What sensors see: what the light shown at points differs by from what the solution's own brings there, and the RMS of that, relative to
-// the mean.
-struct Seen {
-  std::vector<double> square;  // per band, at the sensors: seen_error_square()
-  double local = 0;
+// Squares per band: what adds up at the sensors, and what points differ by.
+struct SeenError {
+  std::vector<double> square, local_square;
 };
 
-void total_up(SolveState& state, Solution& solution, double mean, const Seen& seen,
-              const std::vector<double>& missing, bool regathered) {
+SeenError seen_error(SolveState& state, const Solution& solution, const SensorGather& gathered,
+                     const std::vector<CheckPoint>& points, std::uint32_t rays, std::uint64_t seed) {
+  const Residual residual = residual_of_seen(state, solution, gathered, points, rays, seed);
+  SeenError seen{seen_error_square(state, solution, points, residual), std::vector<double>(state.bands, 0)};
+  for (std::size_t i = 0; i < residual.first.size(); ++i)
+    seen.local_square[i % state.bands] +=
+        points[i / state.bands].weight * residual.first[i] * residual.second[i];
+  for (double& s : seen.local_square) s = std::max(0.0, s);
+  return seen;
+}
+
+void total_up(const SolveState& state, Solution& solution, const SeenError& seen) {
   auto& error = solution.report.error;
   double squares = 0;
   for (const ErrorPart& part : error.parts)
     if (!part.bound) squares += part.relative * part.relative;
   error.total_relative = std::sqrt(squares);
-  if (solution.sensors.empty() || !(mean > 0)) return;
-  const double reflected = mean_reflectance(state);
-  const double local = mean * reflected * share_of_local(state, regathered) * seen.local;
+  if (solution.sensors.empty()) return;
+  const double share = state.occlusion ? share_of_local : share_in_the_open;
   double all = 0, rays = 0, irradiance = 0;
   for (SensorResult& sensor : solution.sensors)
     for (std::uint32_t b = 0; b < state.bands; ++b) {
       double& e = sensor.irradiance_error[b];
       rays += e * e, irradiance += sensor.irradiance[b];
-      // What is unshot is missing after one more reflection: the first is gathered.
-      e = std::sqrt(e * e + seen.square[b] + std::pow(reflected * missing[b], 2) + local * local);
+      e = std::sqrt(e * e + seen.square[b] + share * share * seen.local_square[b]);
       all += e * e;
     }
   const double values = double(solution.sensors.size()) * state.bands;
@@ -365,18 +339,9 @@ void estimate_error(SolveState& state, Solution& solution, const std::vector<dou
   if (relative(mean_over_bands_of_square(missing)) > negligible * of_mesh_and_rays(parts))
     missing = missing_light(state, solution, inside, seed + 3);
   parts.push_back({"convergence", relative(mean_over_bands_of_square(missing)), false});
-  Seen seen{{}, of_mesh_and_rays(parts)};
-  if (!solution.sensors.empty()) {
-    // Lamps were asked for anew, so that what the mesh makes of their light is not seen.
-    Twice of_rest = everywhere;
-    if (gathered.regathered && !gathered.lamps.vertex.empty()) {
-      of_rest = minus(everywhere, of_lamps(state, solution, gathered.lamps, inside, rays, seed));
-      seen.local = relative(echo2 * of_rest.error_square(std::vector<double>(bands, 1)));
-    }
-    seen.square = seen_error_square(state, solution, inside, of_rest.first.all, of_rest.second.all,
-                                    gathered.regathered);
-  }
-  total_up(state, solution, mean, seen, missing, gathered.regathered);
+  SeenError seen;
+  if (!solution.sensors.empty()) seen = seen_error(state, solution, gathered, inside, rays, seed + 4);
+  total_up(state, solution, seen);
 }
 
 }  // namespace clrad

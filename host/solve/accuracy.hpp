@@ -4,17 +4,10 @@
 #include <vector>
 
 #include "clrad/solution.hpp"
-#include "solve/lamps.hpp"
+#include "solve/sensor.hpp"
 #include "solve/state.hpp"
 
 namespace clrad {
-
-/// How light was gathered at the sensors.
-struct SensorGather {
-  bool regathered = false;  ///< they saw light that was gathered anew at the vertices
-  std::uint64_t rays = 0;   ///< all in all
-  LampLight lamps;          ///< what comes straight from these was asked for anew at every ray's end
-};
 
 /// Fills in report.error (all but "rounding" and what effects add, which are there already) and each sensor's
 /// irradiance_error. `before_near_field`: vertex irradiance [band][vertex] as the columns alone gave it. `gathered`: how sensors

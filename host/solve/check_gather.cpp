@@ -7,13 +7,6 @@
 #include "solve/sensor.hpp"
 
 namespace clrad {
-namespace {
-
-// A check is not to be what decides how much memory a solve takes.
-constexpr std::uint64_t most_check_bytes = 32 << 20;
-
-}  // namespace
-
 std::vector<std::vector<double>> gather_for_check(Device& device, const Solution& solution,
                                                   VisibilityEngine& engine, std::span<const double> shot,
                                                   bool reflecting, std::span<const CheckGather> ways,
@@ -55,19 +48,6 @@ std::vector<std::vector<double>> gather_for_check(Device& device, const Solution
     if (lights) add_light_of(*lights, device, engine, *check.points, solution.bands, results.back());
   }
   return results;
-}
-
-std::vector<double> gather_of_lamps(Device& device, const Solution& solution, VisibilityEngine& engine,
-                                    const LampLight& lamps, const CheckGather& check, const Glass* glass,
-                                    Lights* lights) {
-  const std::size_t patches = solution.mesh.patches.size();
-  std::vector<double> emitted(patches * solution.bands, 0);
-  for (const std::uint32_t p : lamps.patches)
-    for (std::uint32_t b = 0; b < solution.bands; ++b)
-      emitted[b * patches + p] = solution.material_of(solution.mesh.patches[p].polygon).emitted_exitance[b];
-  std::vector<double> h = gather_of_patches(device, solution, engine, emitted, check, glass);
-  if (lights) add_light_of(*lights, device, engine, *check.points, solution.bands, h);
-  return h;
 }
 
 std::vector<double> gather_of_patches(Device& device, const Solution& solution, VisibilityEngine& engine,

@@ -5,12 +5,14 @@
 
 #include "clrad/solution.hpp"
 #include "clrad/visibility.hpp"
-#include "solve/lamps.hpp"
 #include "solve/lights.hpp"
 
 namespace clrad {
 
 class Glass;
+
+/// A check is not to be what decides how much memory a solve takes.
+constexpr std::uint64_t most_check_bytes = 32 << 20;
 
 /// How to gather.
 struct CheckGather {
@@ -27,11 +29,6 @@ std::vector<std::vector<double>> gather_for_check(Device& device, const Solution
                                                   VisibilityEngine& engine, std::span<const double> shot,
                                                   bool reflecting, std::span<const CheckGather> ways,
                                                   const Glass* glass = nullptr, Lights* lights = nullptr);
-
-/// H at points [point * bands + band] that comes straight from what of lamps has shot, and from `lights`.
-std::vector<double> gather_of_lamps(Device& device, const Solution& solution, VisibilityEngine& engine,
-                                    const LampLight& lamps, const CheckGather& way,
-                                    const Glass* glass = nullptr, Lights* lights = nullptr);
 
 /// H at points [point * bands + band] of patches that have that `radiosity` [band][patch] everywhere, W/m^2; it may be negative.
 std::vector<double> gather_of_patches(Device& device, const Solution& solution, VisibilityEngine& engine,

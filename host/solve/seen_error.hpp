@@ -6,18 +6,26 @@
 
 #include "clrad/solution.hpp"
 #include "solve/check_points.hpp"
+#include "solve/sensor.hpp"
 #include "solve/state.hpp"
 
 namespace clrad {
 
-/// Square per band, mean over (some of) the sensors, of the error of their irradiance that comes with the light they see
-/// [W^2/m^4]. `first`, `second` [point * bands + band]: by how much the light shown at the points differs from what the solution's own
-/// light brings there, measured twice with independent noise [W/m^2]. That residual is handed on from point to point as light is (form
-/// factors of the points' shares of the area, by what they see of each other), until little is left, and to the sensors; `regathered`: light
-/// at the vertices was gathered anew before, so that one step lies between. The points' own products say nothing of how errors add up,
-/// and are taken away.
+/// By how much what sensors' rays find at points differs from what the same rays would bring there, measured twice with independent noise,
+/// [point * bands + band], W/m^2.
+struct Residual {
+  std::vector<double> first, second;
+};
+
+/// At `points`, each with about `rays` rays, in `gathered.around`.
+Residual residual_of_seen(SolveState& state, const Solution& solution, const SensorGather& gathered,
+                          std::span<const CheckPoint> points, std::uint32_t rays, std::uint64_t seed);
+
+/// Square per band, mean over (some of) the sensors, of the error of their irradiance that comes with the light they see [W^2/m^4]: the
+/// residual is handed on from point to point as light is (form factors of the points' shares of the area, by what they see of each
+/// other) until little is left, and what it has come to is gathered at the sensors. Errors at so few points do not average out
+/// as much as those of the whole surfaces would, so that it is rather too high.
 std::vector<double> seen_error_square(SolveState& state, const Solution& solution,
-                                      std::span<const CheckPoint> points, std::span<const double> first,
-                                      std::span<const double> second, bool regathered);
+                                      std::span<const CheckPoint> points, const Residual& residual);
 
 }  // namespace clrad

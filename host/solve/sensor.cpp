@@ -306,8 +306,8 @@ Frame frame_with_sensors(const Scene& scene, std::span<const Sensor> sensors) {
 
 std::vector<SensorResult> gather_at_sensors(Device& device, const Solution& solution,
                                             std::span<const std::uint32_t> planes, VisibilityEngine& engine,
-                                            const SolveOptions& options, const Glass* glass, Lights* lights,
-                                            const LampLight* lamps, bool* regathered) {
+                                            const SolveOptions& options, SensorGather& gathered,
+                                            const Glass* glass, Lights* lights) {
   if (options.sensors.empty()) return {};
   const auto stage = device.stage("gather at sensors");
   std::vector<Point> points;
@@ -317,17 +317,19 @@ std::vector<SensorResult> gather_at_sensors(Device& device, const Solution& solu
   }
   const PointArray sensor(device, points, "sensors");
   const auto sensors = std::uint32_t(points.size());
-  Surroundings around = surroundings_of(device, solution, planes, lamps);
+  const LampLight& lamps = gathered.lamps;
+  const std::uint64_t before = engine.counts().rays;
+  Surroundings& around = gathered.around.emplace(surroundings_of(device, solution, planes, &lamps));
   const auto seed = std::uint32_t(options.seed);
-  const Way way{options.sensor_rays, seed, false, lamps != nullptr, false, first_share};
+  const Way way{options.sensor_rays, seed, false, true, false, first_share};
   std::vector<double> of_vertices;
-  if (lamps && lamps->interreflection && around.any_reflects)
-    of_vertices = gather_at_vertices(device, solution, around, engine, way, points, glass, lights, *lamps);
-  if (regathered) *regathered = !of_vertices.empty();
+  if (lamps.interreflection && around.any_reflects)
+    of_vertices = gather_at_vertices(device, solution, around, engine, way, points, glass, lights, lamps);
   RealArray irradiance(device, std::uint64_t(sensors) * solution.bands, "sensor irradiance");
   RealArray error(device, std::uint64_t(sensors) * solution.bands, "sensor errors");
   gather_at(device, solution, around, sensor, engine, way, glass, lights, irradiance, error);
 
+  gathered.rays = engine.counts().rays - before;
   auto h = irradiance.download();
   auto e = error.download();
   for (std::size_t i = 0; i < of_vertices.size(); ++i) e[i] = std::sqrt(e[i] * e[i] + of_vertices[i]);

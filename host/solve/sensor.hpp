@@ -1,5 +1,6 @@
 // Irradiance at points: a gather over the solved surfaces, not an interpolation of neighbouring vertices.
 #pragma once
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -19,18 +20,24 @@ class SeenPlaces;
 /// frame_of(scene), made larger where a sensor or a point or spot light stands far outside the scene.
 Frame frame_with_sensors(const Scene& scene, std::span<const Sensor> sensors);
 
+/// How light was gathered at the sensors.
+struct SensorGather {
+  LampLight lamps;         ///< what comes straight from these was asked for anew at every ray's end
+  std::uint64_t rays = 0;  ///< all in all
+  std::optional<Surroundings> around;  ///< what the rays saw
+};
+
 /// H = sum over patches of form factor x mean over rays of visibility x radiosity, at each of options.sensors
 /// (kernels/solve/sensor.cl). About options.sensor_rays rays go from a sensor to surfaces, an eighth of them by what each patch may bring and the
-/// others by what varies; of each arrives what `glass` lets pass (null: there is none). With `lamps`, each ray's end asks anew
-/// what they and `lights` bring to it, by up to one more ray, and to one light each; without, the mesh says. The error is one standard error of all these rays; what the mesh says of the rest has its own. What `lights` (null: none) bring to the sensors is added; its visibility is exact.
-/// `regathered` says whether light at the vertices was gathered anew, too.
+/// others by what varies; of each arrives what `glass` lets pass (null: there is none). Each ray's end asks anew
+/// what `gathered.lamps` and `lights` bring to it, by up to one more ray, and to one light each. The error is one standard error of all these rays; what the mesh says of the rest has its own. What `lights` (null: none) bring to the sensors is added; its visibility is exact.
+/// Notes the rest of `gathered`.
 /// `solution` needs scene, mesh, frame, vertex and patch irradiance. Sensors lie in no plane of the scene unless they are
 /// within the snapping grid of a polygon that faces their way.
 std::vector<SensorResult> gather_at_sensors(Device& device, const Solution& solution,
                                             std::span<const std::uint32_t> planes, VisibilityEngine& engine,
-                                            const SolveOptions& options, const Glass* glass = nullptr,
-                                            Lights* lights = nullptr, const LampLight* lamps = nullptr,
-                                            bool* regathered = nullptr);
+                                            const SolveOptions& options, SensorGather& gathered,
+                                            const Glass* glass = nullptr, Lights* lights = nullptr);
 
 /// How to gather at points.
 struct Way {

@@ -218,11 +218,8 @@ Solution solve_bands(Device& device, const Scene& scene, const SolveOptions& opt
   SensorGather gathered;
   if (!options.sensors.empty()) {
     gathered.lamps = light_of_lamps(state, solution);
-    const std::uint64_t before = engine->counts().rays;
-    solution.sensors = gather_at_sensors(device, solution, planes, *engine, options, glass.get(),
-                                         state.direct ? &state.direct->lights : nullptr, &gathered.lamps,
-                                         &gathered.regathered);
-    gathered.rays = engine->counts().rays - before;
+    solution.sensors = gather_at_sensors(device, solution, planes, *engine, options, gathered, glass.get(),
+                                         state.direct ? &state.direct->lights : nullptr);
   }
   solution.report.seconds.solve = shooting.seconds();
 

@@ -117,6 +117,7 @@ void interpolate(Surroundings& s, Device& device, const Solution& solution, std:
     bend = edge_bends(solution.mesh, s.edges, solution.vertex_covered, irradiance, solution.bands);
   s.bend = RealArray(device, bend, "bends of irradiance");
   s.irradiance = RealArray(device, irradiance, "irradiance of vertices");
+  s.vertex_values = std::move(irradiance), s.edge_values = std::move(bend);
 }
 
 Surroundings surroundings_of(Device& device, const Solution& solution, std::span<const std::uint32_t> planes,

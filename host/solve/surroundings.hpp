@@ -22,6 +22,7 @@ struct Surroundings {
   std::array<RealArray, 2> brightness, radiosity, emitted;
   Array<std::uint32_t> quads, reflects, patch_first, code, level, vertex, middle, edge;
   Edges edges;
+  std::vector<double> vertex_values, edge_values;  ///< `irradiance` and `bend`
   bool any_reflects = false;
 };
 
