@@ -9,6 +9,7 @@
 #include "solve/check_points.hpp"
 #include "solve/clip.hpp"
 #include "solve/seen_error.hpp"
+#include "solve/seen_points.hpp"
 #include "solve/shoot.hpp"
 
 namespace clrad {
@@ -208,40 +209,29 @@ double of_mesh_and_rays(const std::vector<ErrorPart>& parts) {
   return std::sqrt(squares);
 }
 
-// Beside what check points as far apart as they are resolve: next to an edge the wall beside it is half of what a sensor sees, and off
-// alike. From solves with 65,536 rays a sensor in the reference's rooms.
-constexpr double share_of_local = 0.1, share_in_the_open = 0.03;
-
-// Squares per band: what adds up at the sensors, and what points differ by.
-struct SeenError {
-  std::vector<double> square, local_square;
-};
-
-SeenError seen_error(SolveState& state, const Solution& solution, const SensorGather& gathered,
-                     const std::vector<CheckPoint>& points, std::uint32_t rays, std::uint64_t seed) {
+// Square per band of what sensors are off by, with the light that they see.
+std::vector<double> seen_square(SolveState& state, const Solution& solution, const SensorGather& gathered,
+                                const std::vector<CheckPoint>& spread, std::uint32_t rays, std::uint64_t seed,
+                                Random& random) {
+  const std::vector<CheckPoint> points =
+      seen_points(state, solution, gathered, spread, std::uint32_t(spread.size()), random);
   const Residual residual = residual_of_seen(state, solution, gathered, points, rays, seed);
-  SeenError seen{seen_error_square(state, solution, points, residual), std::vector<double>(state.bands, 0)};
-  for (std::size_t i = 0; i < residual.first.size(); ++i)
-    seen.local_square[i % state.bands] +=
-        points[i / state.bands].weight * residual.first[i] * residual.second[i];
-  for (double& s : seen.local_square) s = std::max(0.0, s);
-  return seen;
+  return seen_error_square(state, solution, some_sensors(gathered), points, residual);
 }
 
-void total_up(const SolveState& state, Solution& solution, const SeenError& seen) {
+void total_up(const SolveState& state, Solution& solution, const std::vector<double>& seen) {
   auto& error = solution.report.error;
   double squares = 0;
   for (const ErrorPart& part : error.parts)
     if (!part.bound) squares += part.relative * part.relative;
   error.total_relative = std::sqrt(squares);
   if (solution.sensors.empty()) return;
-  const double share = state.occlusion ? share_of_local : share_in_the_open;
   double all = 0, rays = 0, irradiance = 0;
   for (SensorResult& sensor : solution.sensors)
     for (std::uint32_t b = 0; b < state.bands; ++b) {
       double& e = sensor.irradiance_error[b];
       rays += e * e, irradiance += sensor.irradiance[b];
-      e = std::sqrt(e * e + seen.square[b] + share * share * seen.local_square[b]);
+      e = std::sqrt(e * e + seen[b]);
       all += e * e;
     }
   const double values = double(solution.sensors.size()) * state.bands;
@@ -339,8 +329,9 @@ void estimate_error(SolveState& state, Solution& solution, const std::vector<dou
   if (relative(mean_over_bands_of_square(missing)) > negligible * of_mesh_and_rays(parts))
     missing = missing_light(state, solution, inside, seed + 3);
   parts.push_back({"convergence", relative(mean_over_bands_of_square(missing)), false});
-  SeenError seen;
-  if (!solution.sensors.empty()) seen = seen_error(state, solution, gathered, inside, rays, seed + 4);
+  std::vector<double> seen;
+  if (!solution.sensors.empty())
+    seen = seen_square(state, solution, gathered, inside, rays, seed + 4, random);
   total_up(state, solution, seen);
 }
 

@@ -118,6 +118,17 @@ std::vector<CheckPoint> points_in_elements(const Solution& solution, std::uint32
   return points;
 }
 
+std::vector<double> density_of_points(const Solution& solution, std::uint32_t count) {
+  const Variation variation = variation_of(solution);
+  std::vector<double> density = shares_of(variation.exposed_area, relative(variation));
+  const std::vector<double>& area = variation.exposed_area;
+  const double all = std::accumulate(area.begin(), area.end(), 0.0),
+               draws = std::accumulate(density.begin(), density.end(), 0.0);
+  for (std::size_t e = 0; e < density.size(); ++e)
+    density[e] = area[e] > 0 ? count * density[e] / draws / (area[e] / all) : 0;
+  return density;
+}
+
 CheckVertices check_vertices(const Solution& solution, std::uint32_t count, Random& random) {
   const Mesh& mesh = solution.mesh;
   const std::vector<double> area = vertex_areas(mesh, solution.vertex_covered),

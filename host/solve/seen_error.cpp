@@ -7,18 +7,21 @@
 
 #include "output/displayed.hpp"
 #include "solve/check_gather.hpp"
+#include "solve/seen_points.hpp"
 
 namespace clrad {
 namespace {
 
-// Enough for what is handed on, whose cost is the square of the places; and for an RMS over sensors.
-constexpr std::size_t most_places = 128, most_sensors = 64;
+// Enough for what is handed on, whose cost is the square of the places.
+constexpr std::size_t most_places = 128;
 // Reflections after which, or less than this share of what was handed on before is left, it is cut off.
 constexpr int most_reflections = 60;
 constexpr double little = 0.02;
 // Of what the sum over so few points has by chance, that is left in it: what the rest says is not sure to less. From
 // solves with 131,072 rays a sensor in the reference's rooms.
-constexpr double unsure = 0.25;
+constexpr double unsure = 0.5;
+// Variances that the square of a mean has to exceed.
+constexpr double significant = 4;
 
 // Clusters with a share of the surfaces each: the check points, or neighbours among them taken together.
 struct Clusters {
@@ -51,12 +54,7 @@ Clusters clusters_of(const SolveState& state, const Solution& solution, std::spa
 // that are known to be 1 or that exceed it are made 1.
 std::vector<double> factors_to(SolveState& state, const std::vector<Point>& origins, const Clusters& places) {
   const std::size_t count = places.point.size();
-  const PointArray from(state.device, origins, "places"), to(state.device, places.point, "places");
-  const Segments segments{&from, nullptr, std::uint32_t(origins.size()), &to, std::uint32_t(count)};
-  Array<std::uint32_t> masks(state.device, origins.size() * segments.words_per_origin(), "what places see");
-  state.engine.occluded(segments, masks);
-  const std::vector<std::uint32_t> hidden = masks.download();
-  const std::uint32_t words = segments.words_per_origin();
+  const std::vector<std::uint8_t> seen = sees(state, origins, places.point);
   std::vector<double> factor(origins.size() * count, 0);
   for (std::size_t o = 0; o < origins.size(); ++o) {
     double sum = 0;
@@ -65,7 +63,7 @@ std::vector<double> factors_to(SolveState& state, const std::vector<Point>& orig
       const double r2 = glm::dot(r, r), above = glm::dot(r, origins[o].normal),
                    facing = -glm::dot(r, places.point[k].normal);
       if (!(above > 0 && facing > 0)) continue;
-      if (hidden[o * words + k / 32] >> (k % 32) & 1) continue;
+      if (!seen[o * count + k]) continue;
       const double f = above * facing / r2 * places.area[k] / (M_PI * r2 + places.area[k]);
       factor[o * count + k] = f;
       sum += f;
@@ -74,16 +72,6 @@ std::vector<double> factors_to(SolveState& state, const std::vector<Point>& orig
       for (std::size_t k = 0; k < count; ++k) factor[o * count + k] /= sum;
   }
   return factor;
-}
-
-std::vector<Point> some_sensors(const Solution& solution) {
-  std::vector<Point> points;
-  const std::size_t all = solution.sensors.size(), count = std::min(all, most_sensors);
-  for (std::size_t k = 0; k < count; ++k) {
-    const SensorResult& s = solution.sensors[k * all / count];
-    points.push_back({solution.frame.to_frame(s.position_m), s.normal, 0xffffffffu, 0xffffffffu});
-  }
-  return points;
 }
 
 // counts[sensor * places + place], what a sensor gets of a radiosity of 1 at a place, after one more reflection: by way of those that see the
@@ -105,16 +93,33 @@ double sum_of(const std::vector<double>& v) {
   return std::accumulate(v.begin(), v.end(), 0.0);
 }
 
-// Rows that are closed leave the light as a whole as it is: of a residual that is the same everywhere nothing is handed on.
-void without_mean(std::vector<double>& counts, const Clusters& places,
-                  const std::vector<double>& reflectance) {
+// Rows that are closed leave the light as a whole as it is, so that a residual that is the same everywhere is chance, unless it is far more than
+// so few points have by chance: this share of it is handed on.
+double share_of_mean(const Clusters& places, const std::vector<double>& reflectance, const Residual& residual,
+                     std::uint32_t band, std::uint32_t bands) {
+  double all = 0, first = 0, second = 0, by_chance = 0;
+  for (std::size_t k = 0; k < places.area.size(); ++k) {
+    const double w = places.area[k] * reflectance[k];
+    all += w, first += w * residual.first[k * bands + band], second += w * residual.second[k * bands + band];
+  }
+  const double mean = all > 0 ? (first + second) / (2 * all) : 0;
+  for (std::size_t k = 0; k < places.area.size(); ++k)
+    by_chance += std::pow(places.area[k] * reflectance[k], 2) * (residual.first[k * bands + band] - mean) *
+                 (residual.second[k * bands + band] - mean);
+  const double square = first * second;
+  return square > 0 ? std::sqrt(std::clamp(1 - significant * by_chance / square, 0.0, 1.0)) : 0;
+}
+
+// Leaves `share` of what a radiosity that is the same everywhere counts.
+void lessen_mean(std::vector<double>& counts, const Clusters& places, const std::vector<double>& reflectance,
+                 double share) {
   const std::size_t n = places.area.size();
   const double reflecting =
       std::inner_product(places.area.begin(), places.area.end(), reflectance.begin(), 0.0);
   for (std::size_t s = 0; s < counts.size() / n && reflecting > 0; ++s) {
     double* const row = counts.data() + s * n;
     const double all = std::inner_product(row, row + n, reflectance.begin(), 0.0);
-    for (std::size_t k = 0; k < n; ++k) row[k] -= all * places.area[k] / reflecting;
+    for (std::size_t k = 0; k < n; ++k) row[k] -= (1 - share) * all * places.area[k] / reflecting;
   }
 }
 
@@ -155,9 +160,9 @@ Residual residual_of_seen(SolveState& state, const Solution& solution, const Sen
 }
 
 std::vector<double> seen_error_square(SolveState& state, const Solution& solution,
-                                      std::span<const CheckPoint> points, const Residual& residual) {
+                                      const std::vector<Point>& sensors, std::span<const CheckPoint> points,
+                                      const Residual& residual) {
   std::vector<double> result(solution.bands, 0);
-  const std::vector<Point> sensors = some_sensors(solution);
   if (points.empty() || sensors.empty()) return result;
   const std::size_t n = points.size();
   const Clusters all = clusters_of(state, solution, points, n),
@@ -177,7 +182,8 @@ std::vector<double> seen_error_square(SolveState& state, const Solution& solutio
         for (std::size_t i = 0; i < later.size(); ++i) later[i] += counts[i];
         if (sum_of(counts) < little * sum_of(later)) break;
       }
-      if (state.balanced) without_mean(later, some, rho_of_some);
+      if (state.balanced)
+        lessen_mean(later, some, rho_of_some, share_of_mean(all, rho, residual, b, solution.bands));
     }
     double squares = 0, by_chance = 0, noise = 0;
     for (std::size_t s = 0; s < sensors.size(); ++s) {

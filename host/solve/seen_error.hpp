@@ -26,6 +26,7 @@ Residual residual_of_seen(SolveState& state, const Solution& solution, const Sen
 /// other) until little is left, and what it has come to is gathered at the sensors. Errors at so few points do not average out
 /// as much as those of the whole surfaces would, so that it is rather too high.
 std::vector<double> seen_error_square(SolveState& state, const Solution& solution,
-                                      std::span<const CheckPoint> points, const Residual& residual);
+                                      const std::vector<Point>& sensors, std::span<const CheckPoint> points,
+                                      const Residual& residual);
 
 }  // namespace clrad

@@ -249,7 +249,8 @@ void gather_at(Device& device, const Solution& solution, const Surroundings& aro
 }
 
 void look_from(Device& device, const Solution& solution, const Surroundings& around, const PointArray& points,
-               VisibilityEngine& engine, const Way& way, const Glass* glass, SeenPlaces& seen) {
+               VisibilityEngine& engine, const Way& way, const Glass* glass,
+               const std::function<void(const RayEnds&)>& see) {
   // One ray goes to each patch at least, however few are asked for.
   constexpr std::uint32_t at_a_time = 1u << 18;
   const auto count = std::uint32_t(points.size());
@@ -260,7 +261,7 @@ void look_from(Device& device, const Solution& solution, const Surroundings& aro
   for (std::uint32_t first = 0; first < count; first += batch) {
     RayEnds ends;
     gather.look(first, std::min(batch, count - first), ends);
-    seen.add(ends);
+    see(ends);
   }
 }
 
@@ -310,7 +311,7 @@ std::vector<SensorResult> gather_at_sensors(Device& device, const Solution& solu
                                             const Glass* glass, Lights* lights) {
   if (options.sensors.empty()) return {};
   const auto stage = device.stage("gather at sensors");
-  std::vector<Point> points;
+  std::vector<Point>& points = gathered.sensors;
   for (const Sensor& s : options.sensors) {
     const glm::dvec3 position = solution.frame.to_frame(s.position_m), normal = glm::normalize(s.normal);
     points.push_back({position, normal, plane_under(solution, planes, position, normal), 0xffffffffu});

@@ -1,5 +1,6 @@
 // Irradiance at points: a gather over the solved surfaces, not an interpolation of neighbouring vertices.
 #pragma once
+#include <functional>
 #include <optional>
 #include <span>
 #include <vector>
@@ -15,15 +16,16 @@
 namespace clrad {
 
 class Glass;
-class SeenPlaces;
+struct RayEnds;
 
 /// frame_of(scene), made larger where a sensor or a point or spot light stands far outside the scene.
 Frame frame_with_sensors(const Scene& scene, std::span<const Sensor> sensors);
 
 /// How light was gathered at the sensors.
 struct SensorGather {
-  LampLight lamps;         ///< what comes straight from these was asked for anew at every ray's end
-  std::uint64_t rays = 0;  ///< all in all
+  LampLight lamps;             ///< what comes straight from these was asked for anew at every ray's end
+  std::vector<Point> sensors;  ///< frame
+  std::uint64_t rays = 0;      ///< all in all
   std::optional<Surroundings> around;  ///< what the rays saw
 };
 
@@ -62,9 +64,10 @@ double gather_bytes(const Device& device, double patches, double bands, std::uin
 double sensor_gather_bytes(const Device& device, double patches, double bands, std::uint64_t sensors,
                            std::uint32_t rays);
 
-/// Tells `seen` where rays from `points` end, some points at a time.
+/// Tells `see` where rays from `points` end, some points at a time.
 void look_from(Device& device, const Solution& solution, const Surroundings& around, const PointArray& points,
-               VisibilityEngine& engine, const Way& way, const Glass* glass, SeenPlaces& seen);
+               VisibilityEngine& engine, const Way& way, const Glass* glass,
+               const std::function<void(const RayEnds&)>& see);
 
 /// Adds what lights bring to irradiance[point * bands + band]; their visibility is exact.
 void add_light_of(Lights& lights, Device& device, VisibilityEngine& engine, const PointArray& points,

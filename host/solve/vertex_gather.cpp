@@ -171,7 +171,7 @@ std::vector<double> gather_at_vertices(Device& device, const Solution& solution,
   const std::vector<double> reflectances = reflectances_of(solution);
   SeenPlaces seen(around.edges, numbers, reflectances, solution.bands);
   look_from(device, solution, around, PointArray(device, look.points, "sensors"), engine, looking, glass,
-            seen);
+            [&](const RayEnds& ends) { seen.add(ends); });
   const Found found = gather_at_places(device, solution, around, engine, way, glass, lights, places,
                                        seen.rays_for(irradiance_of(places, solution, around.edges, lamps),
                                                      std::max(1u, each / alike_part), most));
