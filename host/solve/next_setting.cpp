@@ -13,9 +13,9 @@ namespace {
 // finer ones lessen the error of visibility, too. Those of what sensors see are from grids of settings at the rooms' points (`./run bench targets --steps`).
 constexpr double order_of_receiving = 1.2, order_of_shooting = 1.2, order_of_samples = 0.5,
                  order_of_visibility_in_patches = 0.5, order_of_sensor_rays = 0.6,
-                 order_of_seen_in_patches = 0.8;
+                 order_of_seen_in_patches = 0.5;
 // Light is smooth where nothing stands in its way.
-constexpr double order_of_seen_in_elements = 0.8, order_of_smooth_in_elements = 1.6;
+constexpr double order_of_seen_in_elements = 0.75, order_of_smooth_in_elements = 1.2;
 // Predictions are not exact: the next setting is to come out a little below the target, and well inside the time.
 constexpr double aim_at_sensors = 0.86, aim_all_over = 0.9, share_of_time_left = 0.75;
 // The estimate at sensors is of few points and may be too low: while there is a way to, it is brought this far below the target.

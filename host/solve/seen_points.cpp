@@ -65,12 +65,13 @@ std::vector<std::uint8_t> sees(SolveState& state, const std::vector<Point>& orig
 }
 
 std::vector<CheckPoint> seen_points(SolveState& state, const Solution& solution, const SensorGather& gathered,
-                                    std::span<const CheckPoint> spread, std::uint32_t count, Random& random) {
+                                    std::span<const CheckPoint> spread, std::uint32_t count,
+                                    std::uint64_t seed, Random& random) {
   const std::vector<Point> sensors = some_sensors(gathered);
   const double per_sensor = std::max(1.0, double(count) / double(sensors.size()));
   std::vector<CheckPoint> points;
   Way way;
-  way.rays = rays_to_choose_from, way.seed = std::uint32_t(state.options.seed), way.without_lamps = true;
+  way.rays = rays_to_choose_from, way.seed = std::uint32_t(seed), way.without_lamps = true;
   look_from(state.device, solution, *gathered.around, PointArray(state.device, sensors, "sensors"),
             state.engine, way, state.glass,
             [&](const RayEnds& ends) { choose(ends, per_sensor, solution, random, points); });

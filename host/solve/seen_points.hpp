@@ -23,6 +23,7 @@ std::vector<std::uint8_t> sees(SolveState& state, const std::vector<Point>& orig
 /// one's weight is the share of the surfaces that it stands for, with as many to a surface as both ways of drawing bring there
 /// (the balance heuristic of Veach & Guibas 1995): a wall beside a sensor, half of what it sees, is small pieces.
 std::vector<CheckPoint> seen_points(SolveState& state, const Solution& solution, const SensorGather& gathered,
-                                    std::span<const CheckPoint> spread, std::uint32_t count, Random& random);
+                                    std::span<const CheckPoint> spread, std::uint32_t count,
+                                    std::uint64_t seed, Random& random);
 
 }  // namespace clrad

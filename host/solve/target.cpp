@@ -30,7 +30,7 @@ struct OutOfTime {};
 
 SolveOptions with_setting(const SolveOptions& options, const SolveSetting& setting) {
   SolveOptions o = options;
-  o.target_error = 0, o.time_budget_s = 0, o.error = true;
+  o.target_error = aims_at_sensors(options) ? enough(options) : 0, o.time_budget_s = 0, o.error = true;
   // What is left unshot is to be no part of the error to speak of.
   if (options.target_error > 0) o.converge = std::min(o.converge, 0.1 * options.target_error);
   o.converge = std::min(o.converge, setting.converge);
