@@ -222,7 +222,7 @@ double of_sensors(const Solution& solution, const std::vector<double>& seen) {
 
 // The estimate from so few points is good to a third. Where that may be all that keeps a target from being met, which another solve would cost,
 // it is made of more of them.
-constexpr double near_miss = 2;
+constexpr double near_miss = 1.5;
 constexpr std::uint32_t more_points = 3;
 
 // Square per band of what sensors are off by, with the light that they see.
@@ -276,29 +276,35 @@ void estimate_error(SolveState& state, Solution& solution, const std::vector<dou
   std::vector<CheckPoint> inside = points_in_elements(solution, count, random);
   auto& parts = solution.report.error.parts;
   if (vertices.empty() || inside.empty()) return;
-  std::vector<Point> points;
-  points.reserve(std::max(vertices.size(), inside.size()));
-  for (const std::uint32_t v : vertices) points.push_back(solution.mesh.receivers[v]);
-  const PointArray at_chosen(state.device, points, "check points");
-  points.clear();
-  for (const CheckPoint& p : inside) points.push_back(p.point);
-  const PointArray at_inside(state.device, points, "check points");
+  // Each point twice, as rays are told apart by their point's number; vertices first, flat or not.
+  std::vector<Point> twice;
+  twice.reserve(2 * (vertices.size() + inside.size()));
+  for (int k = 0; k < 2; ++k)
+    for (const std::uint32_t v : vertices) twice.push_back(solution.mesh.receivers[v]);
+  const PointArray at_chosen(state.device, twice, "check points");
+  for (int k = 0; k < 2; ++k)
+    for (const CheckPoint& p : inside) twice.push_back(p.point);
+  const PointArray at_all(state.device, twice, "check points");
   const std::uint64_t seed = 2 * state.options.seed;
-  const std::array<CheckGather, 6> ways{{{&at_chosen, rays, seed + 1, false},
-                                         {&at_chosen, rays, seed + 2, false},
-                                         {&at_chosen, rays, seed + 1, true},
-                                         {&at_chosen, rays, seed + 2, true},
-                                         {&at_inside, rays, seed + 1, false},
-                                         {&at_inside, rays, seed + 2, false}}};
+  const std::array<CheckGather, 2> ways{
+      {{&at_all, rays, seed + 1, false}, {&at_chosen, rays, seed + 1, true}}};
   const auto found = gather_for_check(state.device, solution, state.engine, state.total_shot.download(),
                                       state.interreflection, ways, state.glass,
                                       state.direct ? &state.direct->lights : nullptr);
   std::vector<double> weight;
   weight.reserve(inside.size());
   for (const CheckPoint& p : inside) weight.push_back(p.weight);
-  const Twice there{{bands, chosen.weight, found[0]}, {bands, chosen.weight, found[1]}},
-      there_flat{{bands, chosen.weight, found[2]}, {bands, chosen.weight, found[3]}};
-  Twice here{{bands, weight, found[4]}, {bands, weight, found[5]}};
+  const auto part = [&](const std::vector<double>& values, std::size_t point, std::size_t points) {
+    const auto begin = values.begin() + std::ptrdiff_t(point * bands);
+    return std::vector<double>(begin, begin + std::ptrdiff_t(points * bands));
+  };
+  const auto both = [&](const std::vector<double>& values, std::size_t first,
+                        const std::vector<double>& weights) {
+    const std::size_t n = weights.size();
+    return Twice{{bands, weights, part(values, first, n)}, {bands, weights, part(values, first + n, n)}};
+  };
+  const Twice there = both(found[0], 0, chosen.weight), there_flat = both(found[1], 0, chosen.weight);
+  Twice here = both(found[0], 2 * vertices.size(), weight);
   drop_covered(solution, here, inside);
 
   const Displayed displayed(solution, display_irradiance(solution));

@@ -12,7 +12,7 @@ namespace clrad {
 class Glass;
 
 /// A check is not to be what decides how much memory a solve takes.
-constexpr std::uint64_t most_check_bytes = 32 << 20;
+constexpr std::uint64_t most_check_bytes = 64 << 20;
 
 /// How to gather.
 struct CheckGather {

@@ -136,27 +136,29 @@ Residual residual_of_seen(SolveState& state, const Solution& solution, const Sen
                           std::span<const CheckPoint> points, std::uint32_t rays, std::uint64_t seed) {
   const Surroundings& around = *gathered.around;
   const Displayed displayed(around.edges, around.vertices, around.vertex_values, around.edge_values);
-  std::vector<Point> places;
-  std::vector<double> shown;
-  for (const CheckPoint& p : points) {
-    places.push_back(p.point);
-    for (std::uint32_t b = 0; b < solution.bands; ++b) shown.push_back(displayed.at(b, p.where));
-  }
-  const PointArray at(state.device, places, "check points");
-  const std::uint64_t values = shown.size();
+  // Each point twice, as rays are told apart by their point's number.
+  std::vector<Point> twice;
+  twice.reserve(2 * points.size());
+  for (int k = 0; k < 2; ++k)
+    for (const CheckPoint& p : points) twice.push_back(p.point);
+  const PointArray at(state.device, twice, "check points");
+  const std::uint64_t values = twice.size() * solution.bands;
   RealArray irradiance(state.device, values, "irradiance at points"),
       error(state.device, values, "irradiance at points");
-  const auto less_gathered = [&](std::uint64_t of_seed) {
-    Way way;
-    way.rays = rays, way.seed = std::uint32_t(of_seed);
-    way.without_lamps = way.few = true, way.asks = state.interreflection;
-    gather_at(state.device, solution, around, at, state.engine, way, state.glass,
-              state.direct ? &state.direct->lights : nullptr, irradiance, error, most_check_bytes);
-    std::vector<double> difference = irradiance.download();
-    for (std::size_t i = 0; i < values; ++i) difference[i] = shown[i] - difference[i];
-    return difference;
-  };
-  return {less_gathered(seed), less_gathered(seed + 1)};
+  Way way;
+  way.rays = rays, way.seed = std::uint32_t(seed);
+  way.without_lamps = way.few = true, way.asks = state.interreflection;
+  gather_at(state.device, solution, around, at, state.engine, way, state.glass,
+            state.direct ? &state.direct->lights : nullptr, irradiance, error, most_check_bytes);
+  const std::vector<double> brought = irradiance.download();
+  Residual residual;
+  for (std::size_t k = 0; k < points.size(); ++k)
+    for (std::uint32_t b = 0; b < solution.bands; ++b) {
+      const double shown = displayed.at(b, points[k].where);
+      residual.first.push_back(shown - brought[k * solution.bands + b]);
+      residual.second.push_back(shown - brought[(points.size() + k) * solution.bands + b]);
+    }
+  return residual;
 }
 
 std::vector<double> seen_error_square(SolveState& state, const Solution& solution,
