@@ -190,14 +190,14 @@ void visit_fields(Visit& visit, M& closure) {
 template <class Visit, OneOf<Report> M>
 void visit_fields(Visit& visit, M& report) {
   auto& [effects, stages, shoots, reshoots, rays, pieces, candidates, exact_tests, seconds, energy, error,
-         refinement, closure, comparison, predicted, target, invariants, warnings, device_peak_bytes,
-         host_peak_bytes, device, options] = report;
+         refinement, closure, comparison, predicted, target, sensor_rays, invariants, warnings,
+         device_peak_bytes, host_peak_bytes, device, options] = report;
   visit("effects", effects), visit("stages", stages), visit("shoots", shoots), visit("reshoots", reshoots);
   visit("rays", rays), visit("pieces", pieces), visit("candidates", candidates);
   visit("exact_tests", exact_tests), visit("seconds", seconds), visit("energy", energy);
   visit("error", error), visit("refinement", refinement), visit("closure", closure);
-  visit("comparison", comparison), visit("predicted", predicted), visit("target", target),
-      visit("invariants", invariants);
+  visit("comparison", comparison), visit("predicted", predicted), visit("target", target);
+  visit("sensor_rays", sensor_rays), visit("invariants", invariants);
   visit("warnings", warnings), visit("device_peak_bytes", device_peak_bytes);
   visit("host_peak_bytes", host_peak_bytes), visit("device", device), visit("options", options);
 }

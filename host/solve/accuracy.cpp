@@ -246,27 +246,29 @@ std::vector<double> seen_square(SolveState& state, const Solution& solution, con
   return seen;
 }
 
-void total_up(Solution& solution, const std::vector<double>& seen) {
-  auto& error = solution.report.error;
+void total_up(Report& report) {
   double squares = 0;
-  for (const ErrorPart& part : error.parts)
+  for (const ErrorPart& part : report.error.parts)
     if (!part.bound) squares += part.relative * part.relative;
-  error.total_relative = std::sqrt(squares);
-  if (solution.sensors.empty()) return;
+  report.error.total_relative = std::sqrt(squares);
+}
+
+}  // namespace
+
+void total_at_sensors(Solution& solution, const std::vector<double>& seen) {
   const double all = of_sensors(solution, seen),
                rays = of_sensors(solution, std::vector<double>(seen.size(), 0));
-  error.sensors_relative = all;
-  error.sensor_parts = {{"sensor rays", rays, false},
-                        {"light seen", std::sqrt(std::max(0.0, all * all - rays * rays)), false}};
+  solution.report.error.sensors_relative = all;
+  solution.report.error.sensor_parts = {
+      {"sensor rays", rays, false}, {"light seen", std::sqrt(std::max(0.0, all * all - rays * rays)), false}};
   for (SensorResult& sensor : solution.sensors)
     for (std::size_t b = 0; b < seen.size(); ++b)
       sensor.irradiance_error[b] = std::hypot(sensor.irradiance_error[b], std::sqrt(seen[b]));
 }
 
-}  // namespace
-
-void estimate_error(SolveState& state, Solution& solution, const std::vector<double>& before_near_field,
-                    const SensorGather& gathered) {
+std::vector<double> estimate_error(SolveState& state, Solution& solution,
+                                   const std::vector<double>& before_near_field,
+                                   const SensorGather& gathered) {
   const auto stage = state.device.stage("estimate the error");
   const auto [count, rays] = effort_for(state, gathered);
   const std::uint32_t bands = solution.bands;
@@ -275,7 +277,7 @@ void estimate_error(SolveState& state, Solution& solution, const std::vector<dou
   const std::vector<std::uint32_t>& vertices = chosen.vertex;
   std::vector<CheckPoint> inside = points_in_elements(solution, count, random);
   auto& parts = solution.report.error.parts;
-  if (vertices.empty() || inside.empty()) return;
+  if (vertices.empty() || inside.empty()) return {};
   // Each point twice, as rays are told apart by their point's number; vertices first, flat or not.
   std::vector<Point> twice;
   twice.reserve(2 * (vertices.size() + inside.size()));
@@ -356,10 +358,11 @@ void estimate_error(SolveState& state, Solution& solution, const std::vector<dou
   if (relative(mean_over_bands_of_square(missing)) > negligible * of_mesh_and_rays(parts))
     missing = missing_light(state, solution, inside, seed + 3);
   parts.push_back({"convergence", relative(mean_over_bands_of_square(missing)), false});
-  std::vector<double> seen;
-  if (!solution.sensors.empty())
-    seen = seen_square(state, solution, gathered, inside, rays, seed + 4, random);
-  total_up(solution, seen);
+  total_up(solution.report);
+  if (solution.sensors.empty()) return {};
+  std::vector<double> seen = seen_square(state, solution, gathered, inside, rays, seed + 4, random);
+  total_at_sensors(solution, seen);
+  return seen;
 }
 
 }  // namespace clrad

@@ -19,7 +19,13 @@ namespace clrad {
 /// Products of the differences from the two gathers have no noise of the gathers on average. The gathers take the
 /// solution's own radiosities, so that an error that is the same everywhere comes back with every reflection: the mean difference
 /// counts by the scene's amplification of light.
-void estimate_error(SolveState& state, Solution& solution, const std::vector<double>& before_near_field,
-                    const SensorGather& gathered);
+/// Returns the squares per band of what sensors are off by with the light that they see [W^2/m^4]; empty: there are no sensors, or nothing
+/// to check.
+std::vector<double> estimate_error(SolveState& state, Solution& solution,
+                                   const std::vector<double>& before_near_field,
+                                   const SensorGather& gathered);
+
+/// Fills in report.error's sensors_relative and sensor_parts, and adds `seen`, as estimate_error() returns it, to what their rays are off by.
+void total_at_sensors(Solution& solution, const std::vector<double>& seen);
 
 }  // namespace clrad

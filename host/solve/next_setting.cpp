@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "clrad/error.hpp"
+#include "solve/more_rays.hpp"
 #include "solve/sensor.hpp"
 #include "solve/vertex_gather.hpp"
 
@@ -12,16 +13,17 @@ namespace {
 // How the parts of the error fall with what they are made of; from `./run bench budget`. Patches sample each other's light, so that
 // finer ones lessen the error of visibility, too. Those of what sensors see are from grids of settings at the rooms' points (`./run bench targets --steps`).
 constexpr double order_of_receiving = 1.2, order_of_shooting = 1.2, order_of_samples = 0.5,
-                 order_of_visibility_in_patches = 0.5, order_of_sensor_rays = 0.6,
-                 order_of_seen_in_patches = 0.5;
+                 order_of_visibility_in_patches = 0.5, order_of_seen_in_patches = 0.8;
 // Light is smooth where nothing stands in its way.
-constexpr double order_of_seen_in_elements = 0.75, order_of_smooth_in_elements = 1.2;
+constexpr double order_of_seen_in_elements = 0.9, order_of_smooth_in_elements = 1.2;
+// What the estimate of what sensors see comes to where there is nothing to be seen, by its points' own rays and chance.
+constexpr double least_seen = 0.0008;
 // Predictions are not exact: the next setting is to come out a little below the target, and well inside the time.
 constexpr double aim_at_sensors = 0.86, aim_all_over = 0.9, share_of_time_left = 0.75;
 // The estimate at sensors is of few points and may be too low: while there is a way to, it is brought this far below the target.
 constexpr double enough_at_sensors = 0.9;
 // What a sensor sees is off by this much more where the mesh is too fine for its vertices to be gathered anew.
-constexpr double without_vertices = 2.5;
+constexpr double without_vertices = 1.3;
 // Unshot light that makes more of the error than this share of what is aimed at is shot on, down to the second share: it is cheap,
 // and how much error goes with it depends on the scene (where most light leaves, more).
 constexpr double much_unshot = 0.25, little_unshot = 0.15, least_converge = 1e-7;
@@ -115,14 +117,19 @@ TargetErrors predicted(const TargetErrors& now, const SolveSetting& at, const So
                            ? std::pow(now.visibility / before, 2)
                            : 0,
                less_noise = now.visibility > 0 ? e.visibility / now.visibility : 1;
-  // Where light is not gathered anew at vertices, rays end in averages of patches, and finer elements are no help.
+  // Where light is not gathered anew at vertices, what is off is that of patches, and elements finer than half of them are no help.
   const bool before_regathers = rays_at_vertices(cost, cost.mesh, at) > 0,
              regathers = rays_at_vertices(cost, mesh, next) > 0;
-  double finer = std::pow(patches, order_of_seen_in_patches);
-  if (regathers)
-    finer *= std::pow(elements, cost.occlusion ? order_of_seen_in_elements : order_of_smooth_in_elements);
+  const auto counting = [](const MeshSize& m, bool regathered) {
+    return regathered ? m.elements : std::min(m.elements, 4 * m.patches);
+  };
+  double finer = std::pow(patches, order_of_seen_in_patches) *
+                 std::pow(counting(cost.mesh, before_regathers) / counting(mesh, regathers),
+                          (cost.occlusion ? order_of_seen_in_elements : order_of_smooth_in_elements) / 2);
   if (before_regathers != regathers) finer *= regathers ? 1 / without_vertices : without_vertices;
-  e.seen *= std::sqrt((1 - noise) * finer * finer + noise * less_noise * less_noise);
+  const double least = std::min(e.seen, least_seen), certain = e.seen * e.seen - least * least;
+  e.seen =
+      std::sqrt(certain * ((1 - noise) * finer * finer + noise * less_noise * less_noise) + least * least);
   return e;
 }
 

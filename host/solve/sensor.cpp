@@ -305,6 +305,14 @@ Frame frame_with_sensors(const Scene& scene, std::span<const Sensor> sensors) {
   return frame;
 }
 
+namespace {
+
+Way way_of(const SolveOptions& options) {
+  return {options.sensor_rays, std::uint32_t(options.seed), false, true, false, first_share};
+}
+
+}  // namespace
+
 std::vector<SensorResult> gather_at_sensors(Device& device, const Solution& solution,
                                             std::span<const std::uint32_t> planes, VisibilityEngine& engine,
                                             const SolveOptions& options, SensorGather& gathered,
@@ -316,24 +324,32 @@ std::vector<SensorResult> gather_at_sensors(Device& device, const Solution& solu
     const glm::dvec3 position = solution.frame.to_frame(s.position_m), normal = glm::normalize(s.normal);
     points.push_back({position, normal, plane_under(solution, planes, position, normal), 0xffffffffu});
   }
-  const PointArray sensor(device, points, "sensors");
-  const auto sensors = std::uint32_t(points.size());
   const LampLight& lamps = gathered.lamps;
   const std::uint64_t before = engine.counts().rays;
   Surroundings& around = gathered.around.emplace(surroundings_of(device, solution, planes, &lamps));
-  const auto seed = std::uint32_t(options.seed);
-  const Way way{options.sensor_rays, seed, false, true, false, first_share};
-  std::vector<double> of_vertices;
   if (lamps.interreflection && around.any_reflects)
-    of_vertices = gather_at_vertices(device, solution, around, engine, way, points, glass, lights, lamps);
+    gathered.of_vertices =
+        gather_at_vertices(device, solution, around, engine, way_of(options), points, glass, lights, lamps);
+  std::vector<SensorResult> results =
+      gather_again(device, solution, engine, options, gathered, glass, lights);
+  gathered.rays = engine.counts().rays - before;
+  return results;
+}
+
+std::vector<SensorResult> gather_again(Device& device, const Solution& solution, VisibilityEngine& engine,
+                                       const SolveOptions& options, const SensorGather& gathered,
+                                       const Glass* glass, Lights* lights) {
+  const auto stage = device.stage("gather at sensors");
+  const PointArray sensor(device, gathered.sensors, "sensors");
+  const auto sensors = std::uint32_t(gathered.sensors.size());
   RealArray irradiance(device, std::uint64_t(sensors) * solution.bands, "sensor irradiance");
   RealArray error(device, std::uint64_t(sensors) * solution.bands, "sensor errors");
-  gather_at(device, solution, around, sensor, engine, way, glass, lights, irradiance, error);
-
-  gathered.rays = engine.counts().rays - before;
+  gather_at(device, solution, *gathered.around, sensor, engine, way_of(options), glass, lights, irradiance,
+            error);
   auto h = irradiance.download();
   auto e = error.download();
-  for (std::size_t i = 0; i < of_vertices.size(); ++i) e[i] = std::sqrt(e[i] * e[i] + of_vertices[i]);
+  for (std::size_t i = 0; i < gathered.of_vertices.size(); ++i)
+    e[i] = std::sqrt(e[i] * e[i] + gathered.of_vertices[i]);
   if (lights) add_light_of(*lights, device, engine, sensor, solution.bands, h);
   std::vector<SensorResult> results;
   for (std::uint32_t s = 0; s < sensors; ++s) {

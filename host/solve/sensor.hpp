@@ -27,6 +27,8 @@ struct SensorGather {
   std::vector<Point> sensors;  ///< frame
   std::uint64_t rays = 0;      ///< all in all
   std::optional<Surroundings> around;  ///< what the rays saw
+  /// Squares of what the errors of light that was gathered anew at vertices make at the sensors, [sensor * bands + band]; empty: it was not.
+  std::vector<double> of_vertices;
 };
 
 /// H = sum over patches of form factor x mean over rays of visibility x radiosity, at each of options.sensors
@@ -40,6 +42,11 @@ std::vector<SensorResult> gather_at_sensors(Device& device, const Solution& solu
                                             std::span<const std::uint32_t> planes, VisibilityEngine& engine,
                                             const SolveOptions& options, SensorGather& gathered,
                                             const Glass* glass = nullptr, Lights* lights = nullptr);
+
+/// The same with options.sensor_rays of their own, which see what those before saw.
+std::vector<SensorResult> gather_again(Device& device, const Solution& solution, VisibilityEngine& engine,
+                                       const SolveOptions& options, const SensorGather& gathered,
+                                       const Glass* glass = nullptr, Lights* lights = nullptr);
 
 /// How to gather at points.
 struct Way {

@@ -28,6 +28,7 @@
 #include "solve/covered.hpp"
 #include "solve/invariants.hpp"
 #include "solve/lamps.hpp"
+#include "solve/more_rays.hpp"
 #include "solve/near_field.hpp"
 #include "solve/next_setting.hpp"
 #include "solve/refine.hpp"
@@ -247,7 +248,17 @@ Solution solve_bands(Device& device, const Scene& scene, const SolveOptions& opt
     report.error.parts.push_back({"texture within patches", texture_correlation(solution), false});
   bound_rounding(state, solution);
   note_left_out(report);
-  if (options.error) estimate_error(state, solution, before_near_field, gathered);
+  report.sensor_rays = options.sensor_rays;
+  if (!options.error) return solution;
+  const std::vector<double> seen = estimate_error(state, solution, before_near_field, gathered);
+  if (const std::uint32_t rays = rays_for_target(solution, options, gathered)) {
+    SolveOptions with_more = options;
+    report.sensor_rays = with_more.sensor_rays = rays;
+    solution.sensors = gather_again(device, solution, *engine, with_more, gathered, glass.get(),
+                                    state.direct ? &state.direct->lights : nullptr);
+    total_at_sensors(solution, seen);
+    report.rays = run.counts().rays;
+  }
   return solution;
 }
 

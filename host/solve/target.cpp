@@ -78,7 +78,7 @@ SolveSetting coarsest_for(SolveSetting s, double target) {
   const double finer = std::pow(std::max(1.0, 0.01 / target), 0.3);
   s = coarser(s);
   s.patch_edge_m /= finer;
-  s.sensor_rays = std::uint32_t(s.sensor_rays * finer * finer);
+  s.sensor_rays <<= std::lround(2 * std::log2(finer));
   return s;
 }
 std::vector<SolveSetting> first_settings(const Scene& scene, const SolveOptions& o) {
@@ -108,14 +108,17 @@ TargetForecast foretell_target(Device& device, const Scene& scene, const SolveOp
     const Solution s = solve_once(probe);
     const TargetErrors errors = errors_of(s, options);
     const SolveCost cost = cost_of(scene, s, time.seconds(), sensors_before);
+    probe.sensor_rays = s.report.sensor_rays;
     result.options = std::move(probe);
     result.error_relative = errors.total();
     result.probing_seconds = result.seconds = elapsed();
     if (s.stopped || (options.target_error > 0 && errors.total() <= enough(options))) break;
     if (&setting != &settings.back()) continue;
+    SolveSetting solved = setting;
+    solved.sensor_rays = s.report.sensor_rays;
     // All in one step, as solve_to_target() would by way of a few that take little of the time.
     const auto next =
-        next_setting(scene, errors, setting, cost, enough(options), budget_of(options) - elapsed(), INFINITY);
+        next_setting(scene, errors, solved, cost, enough(options), budget_of(options) - elapsed(), INFINITY);
     if (!next) break;
     result.options = with_setting(options, next->setting);
     result.error_relative = next->error;
@@ -169,6 +172,7 @@ Solution solve_to_target(Device& device, const Scene& scene, const SolveOptions&
     }
     if (!solution) break;
     const double seconds = time.seconds();
+    setting.sensor_rays = solution->report.sensor_rays;
     const TargetErrors errors = errors_of(*solution, options);
     const SolveCost cost = cost_of(scene, *solution, seconds, sensors_before);
     const bool stopped = solution->stopped, helped = errors.total() < worth_a_step * error;
