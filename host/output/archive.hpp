@@ -29,7 +29,7 @@ namespace clrad {
 static_assert(std::endian::native == std::endian::little, "clrad's files hold arrays as they lie in memory");
 
 /// Raised whenever files of before can no longer be read as they are meant.
-constexpr std::uint32_t archive_format = 8;
+constexpr std::uint32_t archive_format = 7;
 
 enum class ArchiveType : std::uint32_t { uint8 = 1, uint32, uint64, float32, float64 };
 

@@ -197,7 +197,7 @@ void visit_fields(Visit& visit, M& report) {
   visit("exact_tests", exact_tests), visit("seconds", seconds), visit("energy", energy);
   visit("error", error), visit("refinement", refinement), visit("closure", closure);
   visit("comparison", comparison), visit("predicted", predicted), visit("target", target);
-  visit("sensor_rays", sensor_rays), visit("invariants", invariants);
+  visit("invariants", invariants);
   visit("warnings", warnings), visit("device_peak_bytes", device_peak_bytes);
   visit("host_peak_bytes", host_peak_bytes), visit("device", device), visit("options", options);
 }

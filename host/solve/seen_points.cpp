@@ -9,9 +9,9 @@
 namespace clrad {
 namespace {
 
-// Enough for an RMS over sensors; and rays of each by which is found what it sees.
+// Enough for an RMS over sensors; and how many rays of each to choose from, for each that is chosen and at least.
 constexpr std::size_t enough_sensors = 64;
-constexpr std::uint32_t rays_to_choose_from = 64;
+constexpr double rays_to_choose_from = 4, fewest_rays_of_sensor = 64;
 
 // Ends of a sensor's rays, one for each 1 / `per_sensor` of what it sees.
 void choose(const RayEnds& ends, double per_sensor, const Solution& solution, Random& random,
@@ -20,9 +20,9 @@ void choose(const RayEnds& ends, double per_sensor, const Solution& solution, Ra
   for (std::size_t i = 0; i < ends.sensor.size(); ++i) {
     if (i == 0 || ends.sensor[i] != ends.sensor[i - 1]) next = random.unit() / per_sensor, sum = 0;
     sum += ends.share[i];
-    const bool draws = sum > next;
-    while (sum > next) next += 1 / per_sensor;
-    if (!draws || ends.element[i] == 0xffffffffu) continue;
+    int draws = 0;
+    for (; sum > next; next += 1 / per_sensor) ++draws;
+    if (draws == 0 || ends.element[i] == 0xffffffffu) continue;
     const Element& element = solution.mesh.elements[ends.element[i]];
     CheckPoint p;
     p.where.element = ends.element[i];
@@ -35,7 +35,7 @@ void choose(const RayEnds& ends, double per_sensor, const Solution& solution, Ra
       if (p.where.weight[k] != 0)
         p.point.position += p.where.weight[k] * solution.mesh.receivers[p.where.vertex[k]].position;
     }
-    chosen.push_back(p);
+    chosen.insert(chosen.end(), std::size_t(draws), p);
   }
 }
 
@@ -71,7 +71,8 @@ std::vector<CheckPoint> seen_points(SolveState& state, const Solution& solution,
   const double per_sensor = std::max(1.0, double(count) / double(sensors.size()));
   std::vector<CheckPoint> points;
   Way way;
-  way.rays = rays_to_choose_from, way.seed = std::uint32_t(seed), way.without_lamps = true;
+  way.rays = std::uint32_t(std::max(fewest_rays_of_sensor, rays_to_choose_from * per_sensor)),
+  way.seed = std::uint32_t(seed), way.without_lamps = true;
   look_from(state.device, solution, *gathered.around, PointArray(state.device, sensors, "sensors"),
             state.engine, way, state.glass,
             [&](const RayEnds& ends) { choose(ends, per_sensor, solution, random, points); });

@@ -189,10 +189,11 @@ TEST(Target, GoesOnFromACheckpoint) {
   EXPECT_EQ(resumed.report.target.steps.front().element_edge_m, left.element_edge_m);
 }
 
-// The step that was stopped shot on; the run that goes on with its mesh finds anew that it has to.
+// The step that was stopped shot on; the run that goes on with its mesh finds anew that it has to: what it leaves unshot at first is three
+// quarters of the target, and the rest, 0.6 to 0.8 %, more than the other 0.66 of its square root.
 TEST(Target, GoesOnFromACheckpointOfAStepThatShotOn) {
   const Scene scene = load_scene(CLRAD_SCENES "/window.obj");
-  constexpr double target = 0.01, converge_at_first = 0.1 * target;
+  constexpr double target = 0.008, converge_at_first = 0.1 * target;
   SolveOptions o;
   o.target_error = target;
   const Solution whole = solve(target_device(), scene, o);
