@@ -226,8 +226,8 @@ constexpr double near_miss = 1.5;
 constexpr std::uint32_t more_points = 3;
 
 // Square per band of what sensors are off by, with the light that they see.
-std::vector<double> seen_square(SolveState& state, const Solution& solution, const SensorGather& gathered,
-                                const std::vector<CheckPoint>& inside, std::uint32_t rays, std::uint64_t seed,
+std::vector<double> seen_square(SolveState& state, const Solution& solution, SensorGather& gathered,
+                                const std::vector<CheckPoint>& drawn, std::uint32_t rays, std::uint64_t seed,
                                 Random& random) {
   const std::vector<Point> sensors = some_sensors(gathered);
   const auto measured = [&](const std::vector<CheckPoint>& spread, std::uint64_t of_seed) {
@@ -236,11 +236,14 @@ std::vector<double> seen_square(SolveState& state, const Solution& solution, con
     const Residual residual = residual_of_seen(state, solution, gathered, points, rays, of_seed);
     return seen_error_square(state, solution, sensors, points, residual);
   };
-  std::vector<double> seen = measured(inside, seed);
-  const double target = state.options.target_error, error = of_sensors(solution, seen);
-  if (!(target > 0 && error > target && error < near_miss * target)) return seen;
+  std::vector<double> seen = measured(drawn, seed);
+  const double target = state.options.target_error, error = of_sensors(solution, seen),
+               by_rays = of_sensors(solution, std::vector<double>(seen.size(), 0));
+  const bool near = target > 0 && error > target && error < near_miss * target && by_rays < target &&
+                    2 * by_rays * by_rays < error * error;
+  if (!near || solution.stopped || state.options.target_of == TargetOf::worst_sensor) return seen;
   const std::vector<double> more =
-      measured(points_in_elements(solution, more_points * std::uint32_t(inside.size()), random), seed + 2);
+      measured(points_in_elements(solution, more_points * std::uint32_t(drawn.size()), random), seed + 2);
   for (std::size_t b = 0; b < seen.size(); ++b)
     seen[b] = (seen[b] + more_points * more[b]) / (1 + more_points);
   return seen;
@@ -267,15 +270,15 @@ void total_at_sensors(Solution& solution, const std::vector<double>& seen) {
 }
 
 std::vector<double> estimate_error(SolveState& state, Solution& solution,
-                                   const std::vector<double>& before_near_field,
-                                   const SensorGather& gathered) {
+                                   const std::vector<double>& before_near_field, SensorGather& gathered) {
   const auto stage = state.device.stage("estimate the error");
   const auto [count, rays] = effort_for(state, gathered);
   const std::uint32_t bands = solution.bands;
   Random random(state.options.seed);
   const CheckVertices chosen = check_vertices(solution, count / 2, random);
   const std::vector<std::uint32_t>& vertices = chosen.vertex;
-  std::vector<CheckPoint> inside = points_in_elements(solution, count, random);
+  const std::vector<CheckPoint> drawn = points_in_elements(solution, count, random);
+  std::vector<CheckPoint> inside = drawn;
   auto& parts = solution.report.error.parts;
   if (vertices.empty() || inside.empty()) return {};
   // Each point twice, as rays are told apart by their point's number; vertices first, flat or not.
@@ -360,7 +363,7 @@ std::vector<double> estimate_error(SolveState& state, Solution& solution,
   parts.push_back({"convergence", relative(mean_over_bands_of_square(missing)), false});
   total_up(solution.report);
   if (solution.sensors.empty()) return {};
-  std::vector<double> seen = seen_square(state, solution, gathered, inside, rays, seed + 4, random);
+  std::vector<double> seen = seen_square(state, solution, gathered, drawn, rays, seed + 4, random);
   total_at_sensors(solution, seen);
   return seen;
 }

@@ -22,8 +22,7 @@ namespace clrad {
 /// Returns the squares per band of what sensors are off by with the light that they see [W^2/m^4]; empty: there are no sensors, or nothing
 /// to check.
 std::vector<double> estimate_error(SolveState& state, Solution& solution,
-                                   const std::vector<double>& before_near_field,
-                                   const SensorGather& gathered);
+                                   const std::vector<double>& before_near_field, SensorGather& gathered);
 
 /// Fills in report.error's sensors_relative and sensor_parts, and adds `seen`, as estimate_error() returns it, to what their rays are off by.
 void total_at_sensors(Solution& solution, const std::vector<double>& seen);

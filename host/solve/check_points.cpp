@@ -118,6 +118,11 @@ std::vector<CheckPoint> points_in_elements(const Solution& solution, std::uint32
   return points;
 }
 
+double exposed_area_m2(const Solution& solution) {
+  const std::vector<double> areas = variation_of(solution).exposed_area;
+  return std::accumulate(areas.begin(), areas.end(), 0.0);
+}
+
 std::vector<double> density_of_points(const Solution& solution, std::uint32_t count) {
   const Variation variation = variation_of(solution);
   std::vector<double> density = shares_of(variation.exposed_area, relative(variation));

@@ -21,6 +21,9 @@ struct CheckPoint {
 /// is wrong, and a few such places make up most of an RMS error. The mean over the surfaces of any value is the sum of weight x value.
 std::vector<CheckPoint> points_in_elements(const Solution& solution, std::uint32_t count, Random& random);
 
+/// Area of the elements that are not covered altogether.
+double exposed_area_m2(const Solution& solution);
+
 /// How many points_in_elements() draws on a share of an element's area that is 1 in all of the surfaces that are not covered, per element.
 std::vector<double> density_of_points(const Solution& solution, std::uint32_t count);
 

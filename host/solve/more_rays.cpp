@@ -23,18 +23,21 @@ double of_vertices_relative(const Solution& solution, const SensorGather& gather
 }  // namespace
 
 std::uint32_t rays_for_target(const Solution& solution, const SolveOptions& options,
-                              const SensorGather& gathered) {
+                              const SensorGather& gathered, double seconds, double seconds_left) {
   const double target = options.target_error;
   if (!(target > 0 && solution.report.error.sensors_relative > target)) return 0;
+  if (solution.stopped || options.target_of == TargetOf::worst_sensor) return 0;
   double seen = 0, rays = 0;
   for (const ErrorPart& part : solution.report.error.sensor_parts)
     (part.name == "sensor rays" ? rays : seen) = part.relative;
   const double of_vertices = of_vertices_relative(solution, gathered),
                fixed = seen * seen + of_vertices * of_vertices,
                own = std::max(0.0, rays * rays - of_vertices * of_vertices);
-  for (std::uint32_t times = 2; times <= most_times; times *= 2)
+  for (std::uint32_t times = 2; times <= most_times; times *= 2) {
+    if (options.sensor_rays > most_sensor_rays / times || seconds * times > seconds_left) return 0;
     if (fixed + own * std::pow(times, -2 * order_of_sensor_rays) <= std::pow(somewhat_below * target, 2))
       return options.sensor_rays * times;
+  }
   return 0;
 }
 

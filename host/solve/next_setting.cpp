@@ -29,7 +29,7 @@ constexpr double without_vertices = 1.3;
 constexpr double much_unshot = 0.25, little_unshot = 0.15, least_converge = 1e-7;
 // At sensors patches stay or get finer by this many eighths of a power of two at least: how two meshes that are nearly alike differ is chance.
 constexpr int least_finer = 4;
-constexpr std::uint32_t most_rays_to_a_patch = 1024, most_sensor_rays = 1u << 20;
+constexpr std::uint32_t most_rays_to_a_patch = 1024;
 
 }  // namespace
 
@@ -70,10 +70,11 @@ TargetErrors errors_of(const Solution& s, const SolveOptions& o) {
   e.rest = std::sqrt(std::max(0.0, r.error.total_relative * r.error.total_relative - known * known));
   e.at_sensors = aims_at_sensors(o);
   if (!e.at_sensors) return e;
-  const double all = r.error.sensors_relative;
-  const double scale = o.target_of == TargetOf::worst_sensor && all > 0 ? worst_sensor(s) / all : 1;
   for (const ErrorPart& p : r.error.sensor_parts)
-    (p.name == "sensor rays" ? e.sampling : e.seen) = scale * p.relative;
+    (p.name == "sensor rays" ? e.sampling : e.seen) = p.relative;
+  // What they see is taken to be off alike at all of them.
+  if (o.target_of == TargetOf::worst_sensor)
+    e.sampling = std::sqrt(std::max(0.0, std::pow(worst_sensor(s), 2) - e.seen * e.seen));
   return e;
 }
 
@@ -176,7 +177,8 @@ void each_finer(const Scene& scene, const SolveSetting& at, bool sensors, Visit 
         for (std::uint32_t rays = 1; rays <= (sensors ? 1024u : 1u); rays *= 2) {
           SolveSetting next = meshed;
           next.samples *= samples, next.light_samples *= samples, next.sensor_rays *= rays;
-          if (next.samples > most_rays_to_a_patch || next.sensor_rays > most_sensor_rays) continue;
+          if (next.samples > most_rays_to_a_patch || (rays > 1 && next.sensor_rays > most_sensor_rays))
+            continue;
           visit(next, *mesh);
         }
     }

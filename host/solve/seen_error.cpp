@@ -27,16 +27,14 @@ constexpr double significant = 4;
 struct Clusters {
   std::vector<Point> point;
   std::vector<double> area;  // frame units
-  std::vector<std::uint32_t> polygon;
+  std::vector<std::uint32_t> polygon, element;
 };
 
 // The `place`-th of `most` is those from ceil(place * points / most) on.
 Clusters clusters_of(const SolveState& state, const Solution& solution, std::span<const CheckPoint> points,
                      std::size_t most) {
   const std::size_t n = points.size(), count = std::min(n, most);
-  double area = 0;
-  for (const Polygon& p : solution.scene.polygons) area += p.area_m2();
-  area /= state.metres_per_unit * state.metres_per_unit;
+  const double area = exposed_area_m2(solution) / (state.metres_per_unit * state.metres_per_unit);
   Clusters places;
   for (std::size_t place = 0; place < count; ++place) {
     const std::size_t begin = (place * n + count - 1) / count, end = ((place + 1) * n + count - 1) / count;
@@ -45,6 +43,7 @@ Clusters clusters_of(const SolveState& state, const Solution& solution, std::spa
     const CheckPoint& middle = points[(begin + end) / 2];
     places.point.push_back(middle.point);
     places.polygon.push_back(middle.polygon);
+    places.element.push_back(middle.where.element);
     places.area.push_back(weight * area);
   }
   return places;
@@ -123,18 +122,22 @@ void lessen_mean(std::vector<double>& counts, const Clusters& places, const std:
   }
 }
 
-std::vector<double> reflectances_of(const Clusters& places, const Solution& solution, std::uint32_t band) {
+std::vector<double> reflectance_of_places(const Clusters& places, const Solution& solution,
+                                          std::uint32_t band) {
+  const std::vector<double>& textured = solution.textured.element;
   std::vector<double> result;
-  for (const std::uint32_t polygon : places.polygon)
-    result.push_back(solution.material_of(polygon).reflectance[band]);
+  for (std::size_t k = 0; k < places.polygon.size(); ++k)
+    result.push_back(textured.empty() ? solution.material_of(places.polygon[k]).reflectance[band]
+                                      : textured[band * solution.mesh.elements.size() + places.element[k]]);
   return result;
 }
 
 }  // namespace
 
-Residual residual_of_seen(SolveState& state, const Solution& solution, const SensorGather& gathered,
+Residual residual_of_seen(SolveState& state, const Solution& solution, SensorGather& gathered,
                           std::span<const CheckPoint> points, std::uint32_t rays, std::uint64_t seed) {
-  const Surroundings& around = *gathered.around;
+  if (points.empty()) return {};
+  Surroundings& around = *gathered.around;
   const Displayed displayed(around.edges, around.vertices, around.vertex_values, around.edge_values);
   // Each point twice, as rays are told apart by their point's number.
   std::vector<Point> twice;
@@ -148,16 +151,31 @@ Residual residual_of_seen(SolveState& state, const Solution& solution, const Sen
   Way way;
   way.rays = rays, way.seed = std::uint32_t(seed);
   way.without_lamps = way.few = true, way.asks = state.interreflection;
+  // Without interreflection nothing is reflected on the way to what sensors see.
+  Array<std::uint32_t> none(state.device, std::vector<std::uint32_t>(around.patches, 0u), "elements");
+  if (!state.interreflection) std::swap(around.reflects, none);
   gather_at(state.device, solution, around, at, state.engine, way, state.glass,
             state.direct ? &state.direct->lights : nullptr, irradiance, error, most_check_bytes);
+  if (!state.interreflection) std::swap(around.reflects, none);
   const std::vector<double> brought = irradiance.download();
   Residual residual;
-  for (std::size_t k = 0; k < points.size(); ++k)
-    for (std::uint32_t b = 0; b < solution.bands; ++b) {
+  const std::size_t bands = solution.bands;
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    double light = 0;
+    for (std::size_t b = 0; b < bands; ++b)
+      light += brought[k * bands + b] + brought[(points.size() + k) * bands + b];
+    const std::array<std::uint32_t, 4>& corner = solution.mesh.elements[points[k].where.element].vertex;
+    const bool in_part = std::any_of(corner.begin(), corner.end(), [&](std::uint32_t v) {
+      return v != 0xffffffffu && solution.vertex_covered[v] != 0;
+    });
+    // Nobody sees what is under something.
+    const bool covered = in_part && light == 0;
+    for (std::uint32_t b = 0; b < bands; ++b) {
       const double shown = displayed.at(b, points[k].where);
-      residual.first.push_back(shown - brought[k * solution.bands + b]);
-      residual.second.push_back(shown - brought[(points.size() + k) * solution.bands + b]);
+      residual.first.push_back(covered ? 0 : shown - brought[k * bands + b]);
+      residual.second.push_back(covered ? 0 : shown - brought[(points.size() + k) * bands + b]);
     }
+  }
   return residual;
 }
 
@@ -174,26 +192,31 @@ std::vector<double> seen_error_square(SolveState& state, const Solution& solutio
   if (state.interreflection)
     between = factors_to(state, some.point, some), from_some = factors_to(state, sensors, some);
   for (std::uint32_t b = 0; b < solution.bands; ++b) {
-    const std::vector<double> rho = reflectances_of(all, solution, b);
+    const std::vector<double> rho = reflectance_of_places(all, solution, b);
     std::vector<double> later(sensors.size() * some.point.size(), 0);
     if (state.interreflection) {
-      const std::vector<double> rho_of_some = reflectances_of(some, solution, b);
+      const std::vector<double> rho_of_some = reflectance_of_places(some, solution, b);
       std::vector<double> counts = from_some;
       for (int m = 0; m < most_reflections; ++m) {
         counts = handed_on(counts, between, rho_of_some);
         for (std::size_t i = 0; i < later.size(); ++i) later[i] += counts[i];
-        if (sum_of(counts) < little * sum_of(later)) break;
+        if (sum_of(counts) <= little * sum_of(later)) break;
       }
       if (state.balanced)
         lessen_mean(later, some, rho_of_some, share_of_mean(all, rho, residual, b, solution.bands));
+    }
+    std::vector<double> share_of_place;
+    for (std::size_t k = 0; k < n; ++k) {
+      const double area = some.area[some.point.size() * k / n];
+      share_of_place.push_back(area > 0 ? all.area[k] / area : 0);
     }
     double squares = 0, by_chance = 0, noise = 0;
     for (std::size_t s = 0; s < sensors.size(); ++s) {
       double first = 0, second = 0;
       for (std::size_t k = 0; k < n; ++k) {
         const std::size_t of = some.point.size() * k / n;  // the cluster that it is in
-        const double counts = rho[k] * (to_sensors[s * n + k] +
-                                        later[s * some.point.size() + of] * all.area[k] / some.area[of]);
+        const double counts =
+            rho[k] * (to_sensors[s * n + k] + later[s * some.point.size() + of] * share_of_place[k]);
         const double x = counts * residual.first[k * solution.bands + b],
                      y = counts * residual.second[k * solution.bands + b];
         first += x, second += y, by_chance += x * y;

@@ -17,8 +17,8 @@ struct Residual {
   std::vector<double> first, second;
 };
 
-/// At `points`, each with about `rays` rays, in `gathered.around`.
-Residual residual_of_seen(SolveState& state, const Solution& solution, const SensorGather& gathered,
+/// At `points`, each with about `rays` rays, in `gathered.around`, which is as it was afterwards. 0 where something covers a point.
+Residual residual_of_seen(SolveState& state, const Solution& solution, SensorGather& gathered,
                           std::span<const CheckPoint> points, std::uint32_t rays, std::uint64_t seed);
 
 /// Square per band, mean over (some of) the sensors, of the error of their irradiance that comes with the light they see [W^2/m^4]: the

@@ -87,12 +87,16 @@ std::vector<CheckPoint> seen_points(SolveState& state, const Solution& solution,
   for (const CheckPoint& p : points) at.push_back(p.point);
   const std::vector<std::uint8_t> seen = sees(state, sensors, at);
   const std::vector<double> density = density_of_points(solution, std::uint32_t((spread.size() + 1) / 2));
-  double area = 0;  // frame units
-  for (const Polygon& p : solution.scene.polygons) area += p.area_m2();
-  area /= state.metres_per_unit * state.metres_per_unit;
+  const double area =
+      exposed_area_m2(solution) / (state.metres_per_unit * state.metres_per_unit);  // frame units
   for (std::size_t k = 0; k < points.size(); ++k) {
     double drawn = density[points[k].where.element];
-    for (std::size_t s = 0; s < sensors.size(); ++s) {
+    const Material& material = solution.material_of(points[k].polygon);
+    const bool reflects = material.texture != no_texture ||
+                          std::any_of(material.reflectance.begin(), material.reflectance.end(),
+                                      [](double rho) { return rho > 0; });
+    // Of rays that end on what reflects nothing none was chosen.
+    for (std::size_t s = 0; reflects && s < sensors.size(); ++s) {
       if (!seen[s * points.size() + k]) continue;
       const glm::dvec3 r = at[k].position - sensors[s].position;
       const double above = glm::dot(r, sensors[s].normal), facing = -glm::dot(r, at[k].normal),

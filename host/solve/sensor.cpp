@@ -320,6 +320,7 @@ std::vector<SensorResult> gather_at_sensors(Device& device, const Solution& solu
   if (options.sensors.empty()) return {};
   const auto stage = device.stage("gather at sensors");
   std::vector<Point>& points = gathered.sensors;
+  points.clear(), gathered.of_vertices.clear();
   for (const Sensor& s : options.sensors) {
     const glm::dvec3 position = solution.frame.to_frame(s.position_m), normal = glm::normalize(s.normal);
     points.push_back({position, normal, plane_under(solution, planes, position, normal), 0xffffffffu});

@@ -217,10 +217,13 @@ Solution solve_bands(Device& device, const Scene& scene, const SolveOptions& opt
     solution.vertex_irradiance = state.vertex_irradiance.download();
   }
   SensorGather gathered;
+  double gathering_s = 0;
   if (!options.sensors.empty()) {
     gathered.lamps = light_of_lamps(state, solution);
+    const auto begin = Clock::now();
     solution.sensors = gather_at_sensors(device, solution, planes, *engine, options, gathered, glass.get(),
                                          state.direct ? &state.direct->lights : nullptr);
+    gathering_s = since(begin);
   }
   solution.report.seconds.solve = shooting.seconds();
 
@@ -251,13 +254,15 @@ Solution solve_bands(Device& device, const Scene& scene, const SolveOptions& opt
   report.sensor_rays = options.sensor_rays;
   if (!options.error) return solution;
   const std::vector<double> seen = estimate_error(state, solution, before_near_field, gathered);
-  if (const std::uint32_t rays = rays_for_target(solution, options, gathered)) {
+  const double left = options.time_budget_s > 0 ? options.time_budget_s - run.seconds() : INFINITY;
+  if (const std::uint32_t rays = rays_for_target(solution, options, gathered, gathering_s, left)) {
     SolveOptions with_more = options;
     report.sensor_rays = with_more.sensor_rays = rays;
+    const std::uint64_t before = engine->counts().rays;
     solution.sensors = gather_again(device, solution, *engine, with_more, gathered, glass.get(),
                                     state.direct ? &state.direct->lights : nullptr);
+    report.rays += engine->counts().rays - before;
     total_at_sensors(solution, seen);
-    report.rays = run.counts().rays;
   }
   return solution;
 }

@@ -28,9 +28,11 @@ constexpr int most_in_vain = 2;
 // Thrown out of a solve that will not be ready in time while there is a solution already.
 struct OutOfTime {};
 
-SolveOptions with_setting(const SolveOptions& options, const SolveSetting& setting) {
+// One solve with it, which has so many seconds. What it is a step to says whether more points or rays help.
+SolveOptions with_setting(const SolveOptions& options, const SolveSetting& setting, double seconds_left) {
   SolveOptions o = options;
-  o.target_error = aims_at_sensors(options) ? enough(options) : 0, o.time_budget_s = 0, o.error = true;
+  o.target_error = aims_at_sensors(options) ? enough(options) : 0, o.error = true;
+  o.time_budget_s = std::isfinite(seconds_left) ? std::max(1e-3, seconds_left) : 0;
   // What is left unshot is to be no part of the error to speak of.
   if (options.target_error > 0) o.converge = std::min(o.converge, 0.1 * options.target_error);
   o.converge = std::min(o.converge, setting.converge);
@@ -65,7 +67,7 @@ double budget_of(const SolveOptions& o) {
   return o.time_budget_s > 0 ? std::max(0.5 * o.time_budget_s, o.time_budget_s - ending_s) : INFINITY;
 }
 
-// The coarsest solve that there is tells what takes time and what errs. All over, its estimate hangs on too few points to go by alone.
+// A coarse solve tells what takes time and what errs. All over, its estimate hangs on too few points to go by alone.
 bool starts_coarser(const SolveOptions& o) {
   return o.resume.empty() && o.mesh.patch_edge_m <= 0;
 }
@@ -75,7 +77,8 @@ SolveSetting coarser(SolveSetting s) {
 }
 // What meets a target of 1 % in a plain room; finer for a smaller one: many rooms are done with that.
 SolveSetting coarsest_for(SolveSetting s, double target) {
-  const double finer = std::pow(std::max(1.0, 0.01 / target), 0.3);
+  constexpr double finest = 4;
+  const double finer = std::clamp(std::pow(0.01 / target, 0.3), 1.0, finest);
   s = coarser(s);
   s.patch_edge_m /= finer;
   s.sensor_rays <<= std::lround(2 * std::log2(finer));
@@ -85,7 +88,7 @@ std::vector<SolveSetting> first_settings(const Scene& scene, const SolveOptions&
   const SolveSetting first = first_setting(scene, o);
   if (!starts_coarser(o)) return {first};
   if (aims_at_sensors(o) && o.target_error > 0 && o.mesh.element_edge_m <= 0)
-    return {coarsest_for(first, o.target_error)};
+    return {o.time_budget_s > 0 ? coarser(first) : coarsest_for(first, o.target_error)};
   return {coarser(first), first};
 }
 
@@ -103,7 +106,7 @@ TargetForecast foretell_target(Device& device, const Scene& scene, const SolveOp
   WorkingTime time(device);
   TargetForecast result;
   for (const SolveSetting& setting : settings) {
-    SolveOptions probe = with_setting(options, setting);
+    SolveOptions probe = with_setting(options, setting, budget_of(options) - elapsed());
     time.restart();
     const Solution s = solve_once(probe);
     const TargetErrors errors = errors_of(s, options);
@@ -120,10 +123,11 @@ TargetForecast foretell_target(Device& device, const Scene& scene, const SolveOp
     const auto next =
         next_setting(scene, errors, solved, cost, enough(options), budget_of(options) - elapsed(), INFINITY);
     if (!next) break;
-    result.options = with_setting(options, next->setting);
+    result.options = with_setting(options, next->setting, INFINITY);
     result.error_relative = next->error;
     result.seconds += next->seconds;
   }
+  result.options.target_error = 0, result.options.time_budget_s = 0;
   result.meets = options.target_error <= 0 || result.error_relative <= options.target_error;
   return result;
 }
@@ -146,7 +150,7 @@ Solution solve_to_target(Device& device, const Scene& scene, const SolveOptions&
   std::string why;  // it ended before the target was met
   double error = INFINITY, finishing = 0;
   for (int step = 0; step < most_solves; ++step) {
-    SolveOptions o = with_setting(options, setting);
+    SolveOptions o = with_setting(options, setting, budget - elapsed());
     if (step > 0) o.resume.clear();
     o.progress = [&, step](const Progress& p) {
       Progress shown = p;

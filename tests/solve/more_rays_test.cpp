@@ -31,18 +31,32 @@ SolveOptions to(double target) {
 TEST(MoreRays, AsManyAsBringTheErrorBelowTheTarget) {
   const SensorGather none;
   // 0.4 % falls by 2^-0.6 to 0.264 %, with 0.1 % it is 0.282 %.
-  EXPECT_EQ(rays_for_target(with_errors(0.004, 0.001), to(0.003), none), 2000u);
-  EXPECT_EQ(rays_for_target(with_errors(0.004, 0.001), to(0.0025), none), 4000u);
-  EXPECT_EQ(rays_for_target(with_errors(0.004, 0.001), to(0.005), none), 0u);  // it is met
-  EXPECT_EQ(rays_for_target(with_errors(0.004, 0.001), to(0), none), 0u);      // there is none
+  EXPECT_EQ(rays_for_target(with_errors(0.004, 0.001), to(0.003), none, 1, INFINITY), 2000u);
+  EXPECT_EQ(rays_for_target(with_errors(0.004, 0.001), to(0.0025), none, 1, INFINITY), 4000u);
+  EXPECT_EQ(rays_for_target(with_errors(0.004, 0.001), to(0.005), none, 1, INFINITY), 0u);  // it is met
+  EXPECT_EQ(rays_for_target(with_errors(0.004, 0.001), to(0), none, 1, INFINITY), 0u);      // there is none
 }
 
 TEST(MoreRays, NoneWhereTheyAreNotWhatIsWrong) {
-  EXPECT_EQ(rays_for_target(with_errors(0.004, 0.003), to(0.003), {}), 0u);
-  EXPECT_EQ(rays_for_target(with_errors(0.1, 0.001), to(0.003), {}), 0u);  // far too many
+  EXPECT_EQ(rays_for_target(with_errors(0.004, 0.003), to(0.003), {}, 1, INFINITY), 0u);
+  EXPECT_EQ(rays_for_target(with_errors(0.1, 0.001), to(0.003), {}, 1, INFINITY), 0u);  // far too many
   SensorGather vertices;
   vertices.of_vertices = {0.004 * 0.004};  // what rays at vertices left stays
-  EXPECT_EQ(rays_for_target(with_errors(0.004, 0.001), to(0.003), vertices), 0u);
+  EXPECT_EQ(rays_for_target(with_errors(0.004, 0.001), to(0.003), vertices, 1, INFINITY), 0u);
+}
+
+TEST(MoreRays, NoneWhereThereIsNoTimeOrNoHelp) {
+  const Solution s = with_errors(0.004, 0.001);
+  EXPECT_EQ(rays_for_target(s, to(0.003), {}, 1, 2), 2000u);
+  EXPECT_EQ(rays_for_target(s, to(0.003), {}, 1, 1.9), 0u);
+  SolveOptions o = to(0.003);
+  o.target_of = TargetOf::worst_sensor;
+  EXPECT_EQ(rays_for_target(s, o, {}, 1, INFINITY), 0u);
+  o = to(0.003), o.sensor_rays = most_sensor_rays;
+  EXPECT_EQ(rays_for_target(s, o, {}, 1, INFINITY), 0u);
+  Solution stopped = s;
+  stopped.stopped = true;
+  EXPECT_EQ(rays_for_target(stopped, to(0.003), {}, 1, INFINITY), 0u);
 }
 
 // In the room with a block 2048 rays are not enough for 0.3 % and the mesh is: it is solved once, and the error is what was asked.
