@@ -16,7 +16,7 @@ namespace clrad {
 namespace {
 
 // Points and rays: enough for an RMS that is good to a third where errors are spread evenly, at a tenth of a solve's work.
-constexpr std::uint32_t fewest_points = 128, most_points = 1024, fewest_rays = 64, most_rays = 2048;
+constexpr std::uint32_t fewest_points = 96, most_points = 1024, fewest_rays = 64, most_rays = 2048;
 constexpr double share_of_work = 1.0 / 36, most_pairs = 1e7;
 
 // Values at points, [point][band], and the share of the surfaces that each point stands for.
@@ -224,26 +224,28 @@ double of_sensors(const Solution& solution, const std::vector<double>& seen) {
 // it is made of more of them.
 constexpr double near_miss = 1.5;
 constexpr std::uint32_t more_points = 3;
+// So many are enough for what sensors see, which is a sum over them; of as many again, spread over the surfaces, half are taken.
+constexpr std::uint32_t fewest_seen = 128, most_seen = 256;
 
 // Square per band of what sensors are off by, with the light that they see.
 std::vector<double> seen_square(SolveState& state, const Solution& solution, SensorGather& gathered,
-                                const std::vector<CheckPoint>& drawn, std::uint32_t rays, std::uint64_t seed,
+                                std::uint32_t points_inside, std::uint32_t rays, std::uint64_t seed,
                                 Random& random) {
   const std::vector<Point> sensors = some_sensors(gathered);
-  const auto measured = [&](const std::vector<CheckPoint>& spread, std::uint64_t of_seed) {
-    const std::vector<CheckPoint> points =
-        seen_points(state, solution, gathered, spread, std::uint32_t(spread.size()), of_seed, random);
+  const auto measured = [&](std::uint32_t count, std::uint64_t of_seed) {
+    const std::vector<CheckPoint> points = seen_points(
+        state, solution, gathered, points_in_elements(solution, count, random), count, of_seed, random);
     const Residual residual = residual_of_seen(state, solution, gathered, points, rays, of_seed);
     return seen_error_square(state, solution, sensors, points, residual);
   };
-  std::vector<double> seen = measured(drawn, seed);
+  const std::uint32_t count = std::clamp(points_inside, fewest_seen, most_seen);
+  std::vector<double> seen = measured(count, seed);
   const double target = state.options.target_error, error = of_sensors(solution, seen),
                by_rays = of_sensors(solution, std::vector<double>(seen.size(), 0));
   const bool near = target > 0 && error > target && error < near_miss * target && by_rays < target &&
                     2 * by_rays * by_rays < error * error;
   if (!near || solution.stopped || state.options.target_of == TargetOf::worst_sensor) return seen;
-  const std::vector<double> more =
-      measured(points_in_elements(solution, more_points * std::uint32_t(drawn.size()), random), seed + 2);
+  const std::vector<double> more = measured(more_points * count, seed + 2);
   for (std::size_t b = 0; b < seen.size(); ++b)
     seen[b] = (seen[b] + more_points * more[b]) / (1 + more_points);
   return seen;
@@ -277,8 +279,7 @@ std::vector<double> estimate_error(SolveState& state, Solution& solution,
   Random random(state.options.seed);
   const CheckVertices chosen = check_vertices(solution, count / 2, random);
   const std::vector<std::uint32_t>& vertices = chosen.vertex;
-  const std::vector<CheckPoint> drawn = points_in_elements(solution, count, random);
-  std::vector<CheckPoint> inside = drawn;
+  std::vector<CheckPoint> inside = points_in_elements(solution, count, random);
   auto& parts = solution.report.error.parts;
   if (vertices.empty() || inside.empty()) return {};
   // Each point twice, as rays are told apart by their point's number; vertices first, flat or not.
@@ -363,7 +364,7 @@ std::vector<double> estimate_error(SolveState& state, Solution& solution,
   parts.push_back({"convergence", relative(mean_over_bands_of_square(missing)), false});
   total_up(solution.report);
   if (solution.sensors.empty()) return {};
-  std::vector<double> seen = seen_square(state, solution, gathered, drawn, rays, seed + 4, random);
+  std::vector<double> seen = seen_square(state, solution, gathered, count, rays, seed + 4, random);
   total_at_sensors(solution, seen);
   return seen;
 }

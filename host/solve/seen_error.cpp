@@ -202,7 +202,7 @@ std::vector<double> seen_error_square(SolveState& state, const Solution& solutio
         for (std::size_t i = 0; i < later.size(); ++i) later[i] += counts[i];
         if (sum_of(counts) <= little * sum_of(later)) break;
       }
-      if (state.balanced)
+      if (state.balanced && state.options.estimator == Estimator::exact)
         lessen_mean(later, some, rho_of_some, share_of_mean(all, rho, residual, b, solution.bands));
     }
     std::vector<double> share_of_place;

@@ -71,7 +71,7 @@ TEST(MoreRays, ASolveIsNotRepeatedForThem) {
   }
   const Scene scene = oracle::scene_of(room.at("scene"));
   o.target_error = 0.003;
-  o.mesh = {oracle::extent_of(scene) / 4, oracle::extent_of(scene) / 8};
+  o.mesh = {oracle::extent_of(scene) / 4, oracle::extent_of(scene) / 16};
   Device device;
   const Solution s = solve(device, scene, o);
   ASSERT_EQ(s.report.target.steps.size(), 1u);
