@@ -17,7 +17,7 @@ namespace {
 
 // Points and rays: enough for an RMS that is good to a third where errors are spread evenly, at a tenth of a solve's work.
 constexpr std::uint32_t fewest_points = 96, most_points = 1024, fewest_rays = 64, most_rays = 2048;
-constexpr double share_of_work = 1.0 / 36, most_pairs = 1e7;
+constexpr double share_of_work = 1.0 / 54, most_pairs = 1e7;
 
 // Values at points, [point][band], and the share of the surfaces that each point stands for.
 struct Values {
