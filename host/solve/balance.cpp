@@ -205,6 +205,16 @@ void close_vertices(SolveState& state) {
                    state.vertex_row_sum, state.covered, state.vertices, state.bands);
 }
 
+double mean_row_sum(const SolveState& state) {
+  if (state.row_sum.empty() || !all_traced(state)) return NAN;
+  const std::vector<double> sums = exposed_row_sums(state);
+  Mean mean;
+  for (std::uint32_t p = 0; p < state.patches; ++p)
+    if (sums[p] >= least_row)
+      mean.add(std::min(1.0, sums[p]), state.mesh.patches[p].area_m2 * state.exposed[p]);
+  return mean.area > 0 ? mean.mean() : NAN;
+}
+
 void judge_rows(SolveState& state, Solution& solution) {
   auto& closure = solution.report.closure;
   const auto slots = std::uint32_t(state.patch_of_slot.size());

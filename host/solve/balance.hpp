@@ -41,6 +41,9 @@ bool solve_kept(Run& run, double unshot_relative);
 /// At the end: vertex irradiance of closed rows (kernels/solve/balance.cl, close_vertices).
 void close_vertices(SolveState& state);
 
+/// Area mean of the row sums of form factors, each 1 at most, over the patches that face the scene; NaN where not all columns were traced.
+double mean_row_sum(const SolveState& state);
+
 /// Report::closure, and a warning (an error under --strict) where the answer depends on what rows lack more than on the
 /// scene: amplification x row defect > 1, or the solver came to a stand.
 void judge_rows(SolveState& state, Solution& solution);

@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "output/displayed.hpp"
+#include "solve/balance.hpp"
 #include "solve/check_gather.hpp"
 #include "solve/seen_points.hpp"
 
@@ -49,14 +50,16 @@ Clusters clusters_of(const SolveState& state, const Solution& solution, std::spa
   return places;
 }
 
-// [origin * places + place]: form factors from points to places. The share of a place is spread over a disk (Wallace et al. 1989, eq. 3), rows
-// that are known to be 1 or that exceed it are made 1.
-std::vector<double> factors_to(SolveState& state, const std::vector<Point>& origins, const Clusters& places) {
+// [origin * places + place]: form factors from points to places. The share of a place is spread over a disk (Wallace et al. 1989, eq. 3), which
+// makes too little of what is near, and few places say little of how much is hidden: rows are made to sum to `row_sum` on average, and to 1 where
+// they exceed that.
+std::vector<double> factors_to(SolveState& state, const std::vector<Point>& origins, const Clusters& places,
+                               double row_sum) {
   const std::size_t count = places.point.size();
   const std::vector<std::uint8_t> seen = sees(state, origins, places.point);
-  std::vector<double> factor(origins.size() * count, 0);
+  std::vector<double> factor(origins.size() * count, 0), sums(origins.size(), 0);
+  double mean = 0;
   for (std::size_t o = 0; o < origins.size(); ++o) {
-    double sum = 0;
     for (std::size_t k = 0; k < count; ++k) {
       const glm::dvec3 r = places.point[k].position - origins[o].position;
       const double r2 = glm::dot(r, r), above = glm::dot(r, origins[o].normal),
@@ -65,10 +68,15 @@ std::vector<double> factors_to(SolveState& state, const std::vector<Point>& orig
       if (!seen[o * count + k]) continue;
       const double f = above * facing / r2 * places.area[k] / (M_PI * r2 + places.area[k]);
       factor[o * count + k] = f;
-      sum += f;
+      sums[o] += f;
     }
-    if (sum > 1 || (state.enclosure.closed && sum > 0))
-      for (std::size_t k = 0; k < count; ++k) factor[o * count + k] /= sum;
+    mean += std::min(1.0, sums[o]) / double(origins.size());
+  }
+  const double scale = mean > 0 ? std::max(1.0, row_sum / mean) : 1;
+  for (std::size_t o = 0; o < origins.size(); ++o) {
+    if (sums[o] == 0) continue;
+    const double of_row = state.enclosure.closed ? 1 / sums[o] : std::min(scale, 1 / sums[o]);
+    for (std::size_t k = 0; k < count; ++k) factor[o * count + k] *= of_row;
   }
   return factor;
 }
@@ -187,10 +195,12 @@ std::vector<double> seen_error_square(SolveState& state, const Solution& solutio
   const std::size_t n = points.size();
   const Clusters all = clusters_of(state, solution, points, n),
                  some = clusters_of(state, solution, points, most_places);
-  const std::vector<double> to_sensors = factors_to(state, sensors, all);
+  const double known = mean_row_sum(state), row_sum = std::isfinite(known) ? known : 0;
+  const std::vector<double> to_sensors = factors_to(state, sensors, all, row_sum);
   std::vector<double> between, from_some;
   if (state.interreflection)
-    between = factors_to(state, some.point, some), from_some = factors_to(state, sensors, some);
+    between = factors_to(state, some.point, some, row_sum),
+    from_some = factors_to(state, sensors, some, row_sum);
   for (std::uint32_t b = 0; b < solution.bands; ++b) {
     const std::vector<double> rho = reflectance_of_places(all, solution, b);
     std::vector<double> later(sensors.size() * some.point.size(), 0);
