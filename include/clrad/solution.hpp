@@ -115,7 +115,8 @@ struct Report {
     bool met = true;
     std::vector<TargetStep> steps;
   } target;
-  std::uint32_t sensor_rays = 0;  ///< SolveOptions::sensor_rays, or as many as a target took; 0 of a solution that was loaded
+  std::uint32_t sensor_rays =
+      0;  ///< SolveOptions::sensor_rays, or as many as a target took; 0 of a solution that was loaded
   std::vector<Invariant> invariants;
   std::vector<std::string> warnings;
   std::uint64_t device_peak_bytes = 0, host_peak_bytes = 0;
