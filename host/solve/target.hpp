@@ -11,7 +11,7 @@ namespace clrad {
 
 using SolveOnce = std::function<Solution(const SolveOptions&)>;
 
-/// Solves coarsely, and again with finer patches, elements, more samples or rays from sensors, until the estimated error is at most
+/// Solves coarsely (for a target at sensors as fine as a plain room needs), and again with finer patches, elements, more samples or rays from sensors, until the estimated error is at most
 /// options.target_error (0: none asked for) or options.time_budget_s is used up (0: there is no limit). Each next setting is the cheapest one that
 /// should meet the target by what the last one's parts of the error were (with a time budget, the best that should be
 /// done in time), so that the last solve takes most of all time. Returns the best solution; its report says what was tried.

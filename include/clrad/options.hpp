@@ -100,9 +100,9 @@ struct SolveOptions {
   /// Effects to leave out though the scene calls for them: the answer is wrong by what they do.
   std::vector<std::string> without;
   bool error = true;  ///< estimate what the solve is off by (Report::error)
-  /// Estimated relative error to reach, such as 0.01; 0: none. The scene is solved coarsely and then finer until it is met (at sensors,
-  /// where few points tell, by 10 % as long as that can be had); mesh, samples
-  /// and sensor_rays above are where that starts, as far as mesh edges are given.
+  /// Estimated relative error to reach, such as 0.01; 0: none. The scene is solved coarsely (at sensors: as fine as the target asks of a plain
+  /// room) and then finer until it is met (at sensors, where few points tell, by 10 % as long as that can be had); where rays at sensors are all that
+  /// it wants, more of them see the same solution. Mesh and samples above are where that starts, as far as mesh edges are given.
   double target_error = 0;
   TargetOf target_of = TargetOf::automatic;
   /// Seconds for the whole solve; 0: no limit. The best solution that can be had in that time, or the first with which target_error ends the search.
