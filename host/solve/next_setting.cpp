@@ -21,7 +21,7 @@ constexpr double least_seen = 0.0008;
 // Predictions are not exact: the next setting is to come out a little below the target, and well inside the time.
 constexpr double aim_at_sensors = 0.86, aim_all_over = 0.9, share_of_time_left = 0.75;
 // The estimate at sensors is of few points and may be too low: while there is a way to, it is brought this far below the target.
-constexpr double enough_at_sensors = 0.9;
+constexpr double enough_at_sensors = 0.95;
 // What a sensor sees is off by this much more where the mesh is too fine for its vertices to be gathered anew.
 constexpr double without_vertices = 1.3;
 // Unshot light that makes more of the error than this share of what is aimed at is shot on, down to the second share: it is cheap,

@@ -10,6 +10,7 @@
 
 #include "clrad/error.hpp"
 #include "device/working_time.hpp"
+#include "effects/effects.hpp"
 #include "scene/extent.hpp"
 #include "solve/checkpoint.hpp"
 #include "solve/next_setting.hpp"
@@ -75,20 +76,23 @@ SolveSetting coarser(SolveSetting s) {
   s.patch_edge_m *= 2, s.level = 1;
   return s;
 }
-// What meets a target of 1 % in a plain room; finer for a smaller one: many rooms are done with that.
-SolveSetting coarsest_for(SolveSetting s, double target) {
-  constexpr double finest = 4;
-  const double finer = std::clamp(std::pow(0.01 / target, 0.3), 1.0, finest);
+// What meets a target of 1 % in a plain room, finer for a smaller one: many rooms are done with that. Where something stands in the way light
+// varies within patches before it does between them. Edges are cut into whole patches: by root two at a time most walls come out even.
+SolveSetting coarsest_for(SolveSetting s, double target, bool occlusion) {
+  const auto halvings = [&](double met, double order) { return order * std::max(0.0, std::log2(met / target)); };
+  const double patches = std::min(2.0, std::round(2 * halvings(0.01, occlusion ? 0.6 : 0.3)) / 2),
+               elements = occlusion ? halvings(0.05, 0.45) : patches;
   s = coarser(s);
-  s.patch_edge_m /= finer;
-  s.sensor_rays <<= std::lround(2 * std::log2(finer));
+  s.patch_edge_m *= std::exp2(-patches);
+  s.level += std::max(0, int(elements - patches));
+  s.sensor_rays <<= std::lround(2 * patches);
   return s;
 }
 std::vector<SolveSetting> first_settings(const Scene& scene, const SolveOptions& o) {
   const SolveSetting first = first_setting(scene, o);
   if (!starts_coarser(o)) return {first};
   if (aims_at_sensors(o) && o.target_error > 0 && o.mesh.element_edge_m <= 0)
-    return {o.time_budget_s > 0 ? coarser(first) : coarsest_for(first, o.target_error)};
+    return {o.time_budget_s > 0 ? coarser(first) : coarsest_for(first, o.target_error, plan_occlusion(scene, o).needed)};
   return {coarser(first), first};
 }
 
