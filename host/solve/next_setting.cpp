@@ -18,6 +18,8 @@ constexpr double order_of_receiving = 1.2, order_of_shooting = 1.2, order_of_sam
 constexpr double order_of_seen_in_elements = 0.9, order_of_smooth_in_elements = 1.2;
 // What the estimate of what sensors see comes to where there is nothing to be seen, by its points' own rays and chance.
 constexpr double least_seen = 0.0008;
+// Where none that takes so long meets the target, the one with the least error x seconds to this power: at sensors about the most that may be taken.
+constexpr double order_of_seconds = 0.4, order_of_seconds_at_sensors = 0.2;
 // Predictions are not exact: the next setting is to come out a little below the target, and well inside the time.
 constexpr double aim_at_sensors = 0.86, aim_all_over = 0.9, share_of_time_left = 0.75;
 // The estimate at sensors is of few points and may be too low: while there is a way to, it is brought this far below the target.
@@ -197,6 +199,11 @@ bool shoot_on(SolveSetting& setting, TargetErrors& errors, double unshot_relativ
 
 }  // namespace
 
+// The estimate at sensors is of few points: what a coarse solve says too much by is not to be paid for with all that it asks for.
+double longest_of_target(bool at_sensors) {
+  return at_sensors ? 4 : longest_step;
+}
+
 // Steps of a time budget: where the next one may not take all that is left, it is the one in the middle of two that grow alike, so that
 // another after it still fits in.
 double longest_of_budget(const SolveCost& cost, double seconds_left) {
@@ -225,7 +232,7 @@ std::optional<NextSetting> next_setting(const Scene& scene, TargetErrors errors,
     const bool meets = target > 0 && error <= aim, best_meets = target > 0 && best && best->error <= aim;
     if (!meets && error > (target > 0 ? 0.75 : 0.9) * before) return;
     // Where none meets the target: the most for the time.
-    const double cost_of_error = target > 0 ? error * std::pow(seconds, 0.4) : error;
+    const double cost_of_error = target > 0 ? error * std::pow(seconds, errors.at_sensors ? order_of_seconds_at_sensors : order_of_seconds) : error;
     const bool better = !best                 ? true
                         : meets != best_meets ? meets
                         : meets               ? seconds < best->seconds

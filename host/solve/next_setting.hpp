@@ -71,6 +71,8 @@ struct NextSetting {
 std::optional<NextSetting> next_setting(const Scene& scene, TargetErrors errors, SolveSetting at,
                                         const SolveCost& cost, double target, double seconds_left,
                                         double longest);
+/// `longest` for the steps to a target.
+double longest_of_target(bool at_sensors);
 /// `longest` for the steps of a time budget.
 double longest_of_budget(const SolveCost& cost, double seconds_left);
 
