@@ -16,6 +16,8 @@ constexpr double order_of_receiving = 1.2, order_of_shooting = 1.2, order_of_sam
                  order_of_visibility_in_patches = 0.5, order_of_seen_in_patches = 0.8;
 // Light is smooth where nothing stands in its way.
 constexpr double order_of_seen_in_elements = 0.9, order_of_smooth_in_elements = 1.2;
+// Where light is not gathered anew at vertices, it is elements that are too coarse for the light.
+constexpr double order_of_fine_in_patches = 0.2;
 // What the estimate of what sensors see comes to where there is nothing to be seen, by its points' own rays and chance.
 constexpr double least_seen = 0.0008;
 // Where none that takes so long meets the target, the one with the least error x seconds to this power: at sensors about the most that may be taken.
@@ -25,7 +27,7 @@ constexpr double aim_at_sensors = 0.86, aim_all_over = 0.9, share_of_time_left =
 // The estimate at sensors is of few points and may be too low: while there is a way to, it is brought this far below the target.
 constexpr double enough_at_sensors = 0.95;
 // What a sensor sees is off by this much more where the mesh is too fine for its vertices to be gathered anew.
-constexpr double without_vertices = 1.3;
+constexpr double without_vertices = 1.6;
 // Unshot light that makes more of the error than this share of what is aimed at is shot on, down to the second share: it is cheap,
 // and how much error goes with it depends on the scene (where most light leaves, more).
 constexpr double much_unshot = 0.25, little_unshot = 0.15, least_converge = 1e-7;
@@ -120,15 +122,11 @@ TargetErrors predicted(const TargetErrors& now, const SolveSetting& at, const So
                            ? std::pow(now.visibility / before, 2)
                            : 0,
                less_noise = now.visibility > 0 ? e.visibility / now.visibility : 1;
-  // Where light is not gathered anew at vertices, what is off is that of patches, and elements finer than half of them are no help.
   const bool before_regathers = rays_at_vertices(cost, cost.mesh, at) > 0,
              regathers = rays_at_vertices(cost, mesh, next) > 0;
-  const auto counting = [](const MeshSize& m, bool regathered) {
-    return regathered ? m.elements : std::min(m.elements, 4 * m.patches);
-  };
-  double finer = std::pow(patches, order_of_seen_in_patches) *
-                 std::pow(counting(cost.mesh, before_regathers) / counting(mesh, regathers),
-                          (cost.occlusion ? order_of_seen_in_elements : order_of_smooth_in_elements) / 2);
+  const double order_in_elements = cost.occlusion ? order_of_seen_in_elements : order_of_smooth_in_elements,
+               order_in_patches = before_regathers || regathers ? order_of_seen_in_patches : order_of_fine_in_patches;
+  double finer = std::pow(patches, order_in_patches) * std::pow(elements, order_in_elements);
   if (before_regathers != regathers) finer *= regathers ? 1 / without_vertices : without_vertices;
   const double least = std::min(e.seen, least_seen), certain = e.seen * e.seen - least * least;
   e.seen =
@@ -140,16 +138,20 @@ double gather_work(const SolveCost& now, const MeshSize& mesh, const SolveSettin
   return gather_work(mesh, now.uncovered, now.sensors, setting.sensor_rays);
 }
 
-// Columns are patches x vertices, with a ray a sample, some launches for each patch whatever its size, and more for the solve. From
-// 45 solves of the reference's rooms, of 19 to 1243 patches: 30 to 50 ms, 0.45 ms a patch and 0.13 us a vertex of a column.
+// Columns are patches x vertices, with some launches for each patch whatever its size, more for the solve, and rays by their samples. From
+// 45 solves of the reference's rooms, of 19 to 1243 patches: 30 to 50 ms, 0.45 ms a patch and 0.2 us a vertex of a column.
 double predicted_seconds(const SolveCost& now, const SolveSetting& at, const SolveSetting& next,
                          const MeshSize& mesh) {
-  // Of a solve, of a column and of a sample, in vertices.
-  constexpr double solve_launches = 4e5, launches = 3600, ray = 0.15;
-  const auto work = [&](const MeshSize& of, std::uint32_t samples) {
-    return solve_launches + of.patches * (launches + of.vertices * (1 + ray * samples));
+  // Of a solve and of a column, in vertices.
+  constexpr double solve_launches = 2.5e5, launches = 2250;
+  const auto work = [&](const MeshSize& of) {
+    return solve_launches + of.patches * (launches + of.vertices);
   };
-  const double shooting = now.shooting_s * work(mesh, next.samples) / work(now.mesh, at.samples);
+  const auto rays = [](const MeshSize& of, std::uint32_t samples) {
+    return of.patches * of.vertices * samples;
+  };
+  const double shooting = (now.shooting_s - now.rays_s) * work(mesh) / work(now.mesh) +
+                          now.rays_s * rays(mesh, next.samples) / rays(now.mesh, at.samples);
   const double sensors = now.sensors_s * gather_work(now, mesh, next) / gather_work(now, now.mesh, at);
   return shooting + sensors;
 }
@@ -242,17 +244,22 @@ std::optional<NextSetting> next_setting(const Scene& scene, TargetErrors errors,
   return best;
 }
 
-double sensor_seconds(const std::vector<StageProfile>& stages) {
-  for (const StageProfile& stage : stages)
-    if (stage.name == "gather at sensors") return stage.seconds;
-  return 0;
+StageSeconds stage_seconds(const std::vector<StageProfile>& stages) {
+  StageSeconds seconds;
+  for (const StageProfile& stage : stages) {
+    if (stage.name == "gather at sensors") seconds.sensors = stage.seconds;
+    if (stage.name == "find which rays are occluded") seconds.rays = stage.seconds;
+  }
+  return seconds;
 }
 
-SolveCost cost_of(const Scene& scene, const Solution& s, double seconds, double& sensors_before) {
+SolveCost cost_of(const Scene& scene, const Solution& s, double seconds, StageSeconds& before) {
+  const StageSeconds now = stage_seconds(s.report.stages);
   SolveCost cost;
-  cost.sensors_s = sensor_seconds(s.report.stages) - sensors_before;
-  sensors_before += cost.sensors_s;
+  cost.sensors_s = now.sensors - before.sensors;
   cost.shooting_s = std::max(1e-4, seconds - cost.sensors_s);
+  cost.rays_s = std::min(cost.shooting_s, now.rays - before.rays);
+  before = now;
   const auto covered = std::count(s.vertex_covered.begin(), s.vertex_covered.end(), 1);
   cost.before = count_mesh(scene, {s.mesh.patch_edge_m, s.mesh.element_edge_m});
   const double elements = double(s.mesh.elements.size()), vertices = s.vertex_count();

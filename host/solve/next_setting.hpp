@@ -44,6 +44,7 @@ TargetErrors tempered(const TargetErrors& found, const TargetErrors& foretold);
 /// What a solve took, of what mesh.
 struct SolveCost {
   double shooting_s = 0, sensors_s = 0;
+  double rays_s = 0;  // of shooting, what its samples took
   MeshSize mesh;
   MeshSize before;        // without backs and subdivision, as candidates are counted
   double uncovered = 1;   // of the vertices
@@ -53,11 +54,14 @@ struct SolveCost {
   double total() const { return shooting_s + sensors_s; }
 };
 
-/// What those of a device took at sensors.
-double sensor_seconds(const std::vector<StageProfile>& stages);
+/// What of a device's time went into sensors, and into samples of what is visible.
+struct StageSeconds {
+  double sensors = 0, rays = 0;
+};
+StageSeconds stage_seconds(const std::vector<StageProfile>& stages);
 
-/// `sensors_before`: what earlier solves of this device took at sensors, since its profile goes on; grows.
-SolveCost cost_of(const Scene& scene, const Solution& solution, double seconds, double& sensors_before);
+/// `before`: what earlier solves of this device took, since its profile goes on; grows.
+SolveCost cost_of(const Scene& scene, const Solution& solution, double seconds, StageSeconds& before);
 
 struct NextSetting {
   SolveSetting setting;

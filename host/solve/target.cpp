@@ -23,6 +23,8 @@ using Clock = std::chrono::steady_clock;
 // The last part of a time budget: the program has to end, too.
 constexpr double ending_s = 0.05;
 constexpr int most_solves = 8;
+// Where sensors are all that is asked for, what unshot light is short of is not told apart; it takes next to no time with columns that are kept.
+constexpr double converge_at_sensors = 1e-4;
 // A step that brings the error down by less was in vain; so many in a row are enough.
 constexpr double worth_a_step = 0.9;
 constexpr int most_in_vain = 2;
@@ -35,7 +37,10 @@ SolveOptions with_setting(const SolveOptions& options, const SolveSetting& setti
   o.target_error = aims_at_sensors(options) ? enough(options) : 0, o.error = true;
   o.time_budget_s = std::isfinite(seconds_left) ? std::max(1e-3, seconds_left) : 0;
   // What is left unshot is to be no part of the error to speak of.
-  if (options.target_error > 0) o.converge = std::min(o.converge, 0.1 * options.target_error);
+  if (options.target_error > 0)
+    o.converge = std::min(o.converge, 0.1 * options.target_error);
+  else if (aims_at_sensors(options))
+    o.converge = std::min(o.converge, converge_at_sensors);
   o.converge = std::min(o.converge, setting.converge);
   o.mesh.patch_edge_m = setting.patch_edge_m;
   o.mesh.element_edge_m = setting.element_edge_m();
@@ -77,7 +82,7 @@ SolveSetting coarser(SolveSetting s) {
   return s;
 }
 // What meets a target of 1 % in a plain room, finer for a smaller one: many rooms are done with that. Where something stands in the way light
-// varies within patches before it does between them, and more samples cost next to nothing. Edges are cut into whole patches: by root two at a time most walls come out even.
+// varies within patches before it does between them. Edges are cut into whole patches: by root two at a time most walls come out even.
 SolveSetting coarsest_for(SolveSetting s, double target, bool occlusion) {
   const auto halvings = [&](double met, double order) { return order * std::max(0.0, std::log2(met / target)); };
   const double patches = std::min(2.0, std::round(2 * halvings(0.01, occlusion ? 0.6 : 0.3)) / 2),
@@ -86,15 +91,17 @@ SolveSetting coarsest_for(SolveSetting s, double target, bool occlusion) {
   s.patch_edge_m *= std::exp2(-patches);
   s.level += std::max(0, int(elements - patches));
   s.sensor_rays <<= std::lround(2 * patches);
-  if (occlusion) s.samples *= 4, s.light_samples *= 4;
   return s;
 }
 std::vector<SolveSetting> first_settings(const Scene& scene, const SolveOptions& o) {
-  const SolveSetting first = first_setting(scene, o);
+  SolveSetting first = first_setting(scene, o);
   if (!starts_coarser(o)) return {first};
-  if (aims_at_sensors(o) && o.target_error > 0 && o.mesh.element_edge_m <= 0)
-    return {o.time_budget_s > 0 ? coarser(first) : coarsest_for(first, o.target_error, plan_occlusion(scene, o).needed)};
-  return {coarser(first), first};
+  if (!aims_at_sensors(o)) return {coarser(first), first};
+  const bool occlusion = plan_occlusion(scene, o).needed;
+  // Meshes that are coarse enough for sensors take next to no time more by more samples.
+  if (occlusion) first.samples *= 4, first.light_samples *= 4;
+  if (!(o.target_error > 0) || o.mesh.element_edge_m > 0) return {coarser(first), first};
+  return {o.time_budget_s > 0 ? coarser(first) : coarsest_for(first, o.target_error, occlusion)};
 }
 
 }  // namespace
@@ -107,7 +114,7 @@ TargetForecast foretell_target(Device& device, const Scene& scene, const SolveOp
   const auto start = Clock::now();
   const auto elapsed = [&] { return std::chrono::duration<double>(Clock::now() - start).count(); };
   const std::vector<SolveSetting> settings = first_settings(scene, options);
-  double sensors_before = sensor_seconds(device.profile());
+  StageSeconds before = stage_seconds(device.profile());
   WorkingTime time(device);
   TargetForecast result;
   for (const SolveSetting& setting : settings) {
@@ -115,7 +122,7 @@ TargetForecast foretell_target(Device& device, const Scene& scene, const SolveOp
     time.restart();
     const Solution s = solve_once(probe);
     const TargetErrors errors = errors_of(s, options);
-    const SolveCost cost = cost_of(scene, s, time.seconds(), sensors_before);
+    const SolveCost cost = cost_of(scene, s, time.seconds(), before);
     probe.sensor_rays = s.report.sensor_rays;
     result.options = std::move(probe);
     result.error_relative = errors.total();
@@ -145,7 +152,7 @@ Solution solve_to_target(Device& device, const Scene& scene, const SolveOptions&
   const bool sensors = aims_at_sensors(options);
   const std::vector<SolveSetting> first = first_settings(scene, options);
   SolveSetting setting = first[0];
-  double sensors_before = sensor_seconds(device.profile());
+  StageSeconds before = stage_seconds(device.profile());
   WorkingTime time(device);
   std::optional<Solution> best;
   std::vector<TargetStep> steps;
@@ -183,7 +190,7 @@ Solution solve_to_target(Device& device, const Scene& scene, const SolveOptions&
     const double seconds = time.seconds();
     setting.sensor_rays = solution->report.sensor_rays;
     const TargetErrors errors = errors_of(*solution, options);
-    const SolveCost cost = cost_of(scene, *solution, seconds, sensors_before);
+    const SolveCost cost = cost_of(scene, *solution, seconds, before);
     const bool stopped = solution->stopped, helped = errors.total() < worth_a_step * error;
     if (!stopped || !best)
       steps.push_back({setting.patch_edge_m, setting.element_edge_m(), setting.samples, setting.light_samples,
