@@ -16,10 +16,8 @@ constexpr double order_of_receiving = 1.2, order_of_shooting = 1.2, order_of_sam
                  order_of_visibility_in_patches = 0.5, order_of_seen_in_patches = 0.8;
 // Light is smooth where nothing stands in its way.
 constexpr double order_of_seen_in_elements = 0.9, order_of_smooth_in_elements = 1.2;
-// Where light is not gathered anew at vertices, it is elements that are too coarse for the light.
-constexpr double order_of_fine_in_patches = 0.2;
 // What the estimate of what sensors see comes to where there is nothing to be seen, by its points' own rays and chance.
-constexpr double least_seen = 0.0008;
+constexpr double least_seen = 0.0005;
 // Where none that takes so long meets the target, the one with the least error x seconds to this power: at sensors about the most that may be taken.
 constexpr double order_of_seconds = 0.4, order_of_seconds_at_sensors = 0.2;
 // Predictions are not exact: the next setting is to come out a little below the target, and well inside the time.
@@ -31,8 +29,9 @@ constexpr double without_vertices = 1.6;
 // Unshot light that makes more of the error than this share of what is aimed at is shot on, down to the second share: it is cheap,
 // and how much error goes with it depends on the scene (where most light leaves, more).
 constexpr double much_unshot = 0.25, little_unshot = 0.15, least_converge = 1e-7;
-// At sensors patches stay or get finer by this many eighths of a power of two at least: how two meshes that are nearly alike differ is chance.
-constexpr int least_finer = 4;
+// Patches get finer by eighths of a power of two; at sensors by halves of one, as how two meshes that are nearly alike differ is chance, and in the
+// steps of a time budget by whole ones: what lines up with a mesh does so with the next.
+constexpr int steps_to_target = 4, steps_in_time = 8;
 constexpr std::uint32_t most_rays_to_a_patch = 1024;
 
 }  // namespace
@@ -124,8 +123,9 @@ TargetErrors predicted(const TargetErrors& now, const SolveSetting& at, const So
                less_noise = now.visibility > 0 ? e.visibility / now.visibility : 1;
   const bool before_regathers = rays_at_vertices(cost, cost.mesh, at) > 0,
              regathers = rays_at_vertices(cost, mesh, next) > 0;
+  // Where light is not gathered anew at vertices, it is elements that are too coarse for it.
   const double order_in_elements = cost.occlusion ? order_of_seen_in_elements : order_of_smooth_in_elements,
-               order_in_patches = before_regathers || regathers ? order_of_seen_in_patches : order_of_fine_in_patches;
+               order_in_patches = before_regathers || regathers ? order_of_seen_in_patches : 0;
   double finer = std::pow(patches, order_in_patches) * std::pow(elements, order_in_elements);
   if (before_regathers != regathers) finer *= regathers ? 1 / without_vertices : without_vertices;
   const double least = std::min(e.seen, least_seen), certain = e.seen * e.seen - least * least;
@@ -167,11 +167,10 @@ std::optional<MeshSize> size_of_mesh(const Scene& scene, const SolveSetting& set
 
 // All settings that are as fine as `at`, and a little finer at a time, and how large a mesh they have.
 template <class Visit>
-void each_finer(const Scene& scene, const SolveSetting& at, bool sensors, Visit visit) {
+void each_finer(const Scene& scene, const SolveSetting& at, bool sensors, int step, Visit visit) {
   const int most_levels = sensors ? std::max(2, at.level) : 5;
-  for (int p = 0; p <= 24; ++p)
+  for (int p = 0; p <= 24; p += step)
     for (int level = std::max(1, at.level - 3); level <= std::min(most_levels, at.level + 3); ++level) {
-      if (sensors && p > 0 && p < least_finer) continue;
       SolveSetting meshed = at;
       meshed.patch_edge_m = at.patch_edge_m * std::exp2(-p / 8.0), meshed.level = level;
       if (meshed.element_edge_m() > at.element_edge_m() * 1.001) continue;
@@ -222,7 +221,8 @@ std::optional<NextSetting> next_setting(const Scene& scene, TargetErrors errors,
   std::optional<NextSetting> best;
   double best_cost = 0;
   const double most_seconds = std::min(seconds_left * share_of_time_left, longest * cost.total());
-  each_finer(scene, at, errors.at_sensors, [&](const SolveSetting& next, const MeshSize& counted) {
+  const int step = !errors.at_sensors ? 1 : target > 0 ? steps_to_target : steps_in_time;
+  each_finer(scene, at, errors.at_sensors, step, [&](const SolveSetting& next, const MeshSize& counted) {
     const MeshSize mesh = grown(cost, counted);
     if (!again && counted.patches == cost.before.patches && counted.elements == cost.before.elements &&
         next.samples == at.samples && next.sensor_rays == at.sensor_rays)
@@ -234,7 +234,10 @@ std::optional<NextSetting> next_setting(const Scene& scene, TargetErrors errors,
     const bool meets = target > 0 && error <= aim, best_meets = target > 0 && best && best->error <= aim;
     if (!meets && error > (target > 0 ? 0.75 : 0.9) * before) return;
     // Where none meets the target: the most for the time.
-    const double cost_of_error = target > 0 ? error * std::pow(seconds, errors.at_sensors ? order_of_seconds_at_sensors : order_of_seconds) : error;
+    const double cost_of_error =
+        target > 0
+            ? error * std::pow(seconds, errors.at_sensors ? order_of_seconds_at_sensors : order_of_seconds)
+            : error;
     const bool better = !best                 ? true
                         : meets != best_meets ? meets
                         : meets               ? seconds < best->seconds

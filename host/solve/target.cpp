@@ -84,7 +84,9 @@ SolveSetting coarser(SolveSetting s) {
 // What meets a target of 1 % in a plain room, finer for a smaller one: many rooms are done with that. Where something stands in the way light
 // varies within patches before it does between them. Edges are cut into whole patches: by root two at a time most walls come out even.
 SolveSetting coarsest_for(SolveSetting s, double target, bool occlusion) {
-  const auto halvings = [&](double met, double order) { return order * std::max(0.0, std::log2(met / target)); };
+  const auto halvings = [&](double met, double order) {
+    return order * std::max(0.0, std::log2(met / target));
+  };
   const double patches = std::min(2.0, std::round(2 * halvings(0.01, occlusion ? 0.6 : 0.3)) / 2),
                elements = occlusion ? halvings(0.05, 0.45) : patches;
   s = coarser(s);
@@ -215,8 +217,9 @@ Solution solve_to_target(Device& device, const Scene& scene, const SolveOptions&
     }
     const TargetErrors planned = foretold ? tempered(errors, *foretold) : errors;
     const double left = budget - elapsed();
-    const auto next = next_setting(scene, planned, setting, cost, enough(options), left,
-                                   options.target_error > 0 ? longest_of_target(sensors) : longest_of_budget(cost, left));
+    const auto next =
+        next_setting(scene, planned, setting, cost, enough(options), left,
+                     options.target_error > 0 ? longest_of_target(sensors) : longest_of_budget(cost, left));
     if (!next) {
       why = std::isfinite(budget) ? "nothing finer fits into the time" : "nothing finer would help";
       break;
