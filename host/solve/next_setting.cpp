@@ -25,7 +25,7 @@ constexpr double aim_at_sensors = 0.86, aim_all_over = 0.9, share_of_time_left =
 // The estimate at sensors is of few points and may be too low: while there is a way to, it is brought this far below the target.
 constexpr double enough_at_sensors = 0.95;
 // What a sensor sees is off by this much more where the mesh is too fine for its vertices to be gathered anew.
-constexpr double without_vertices = 1.6;
+constexpr double without_vertices = 2.5;
 // Unshot light that makes more of the error than this share of what is aimed at is shot on, down to the second share: it is cheap,
 // and how much error goes with it depends on the scene (where most light leaves, more).
 constexpr double much_unshot = 0.25, little_unshot = 0.15, least_converge = 1e-7;
@@ -105,7 +105,7 @@ double rays_at_vertices(const SolveCost& now, const MeshSize& mesh, const SolveS
 
 // Edges of elements and patches go by their numbers: polygons are cut into whole ones.
 TargetErrors predicted(const TargetErrors& now, const SolveSetting& at, const SolveCost& cost,
-                       const SolveSetting& next, const MeshSize& mesh) {
+                       const SolveSetting& next, const MeshSize& mesh, double least_of_seen) {
   const double elements = std::sqrt(cost.mesh.elements / mesh.elements),
                patches = std::sqrt(cost.mesh.patches / mesh.patches);
   const double samples = double(next.samples) / at.samples, rays = double(next.sensor_rays) / at.sensor_rays;
@@ -128,7 +128,7 @@ TargetErrors predicted(const TargetErrors& now, const SolveSetting& at, const So
                order_in_patches = before_regathers || regathers ? order_of_seen_in_patches : 0;
   double finer = std::pow(patches, order_in_patches) * std::pow(elements, order_in_elements);
   if (before_regathers != regathers) finer *= regathers ? 1 / without_vertices : without_vertices;
-  const double least = std::min(e.seen, least_seen), certain = e.seen * e.seen - least * least;
+  const double least = std::min(e.seen, least_of_seen), certain = e.seen * e.seen - least * least;
   e.seen =
       std::sqrt(certain * ((1 - noise) * finer * finer + noise * less_noise * less_noise) + least * least);
   return e;
@@ -167,7 +167,8 @@ std::optional<MeshSize> size_of_mesh(const Scene& scene, const SolveSetting& set
 
 // All settings that are as fine as `at`, and a little finer at a time, and how large a mesh they have.
 template <class Visit>
-void each_finer(const Scene& scene, const SolveSetting& at, bool sensors, int step, Visit visit) {
+void each_finer(const Scene& scene, const SolveSetting& at, bool sensors, bool sampled, int step,
+                Visit visit) {
   const int most_levels = sensors ? std::max(2, at.level) : 5;
   for (int p = 0; p <= 24; p += step)
     for (int level = std::max(1, at.level - 3); level <= std::min(most_levels, at.level + 3); ++level) {
@@ -176,7 +177,7 @@ void each_finer(const Scene& scene, const SolveSetting& at, bool sensors, int st
       if (meshed.element_edge_m() > at.element_edge_m() * 1.001) continue;
       const std::optional<MeshSize> mesh = size_of_mesh(scene, meshed);
       if (!mesh) return;
-      for (std::uint32_t samples = 1; samples <= 64; samples *= 4)
+      for (std::uint32_t samples = 1; samples <= (sampled ? 64u : 1u); samples *= 4)
         for (std::uint32_t rays = 1; rays <= (sensors ? 1024u : 1u); rays *= 2) {
           SolveSetting next = meshed;
           next.samples *= samples, next.light_samples *= samples, next.sensor_rays *= rays;
@@ -221,29 +222,32 @@ std::optional<NextSetting> next_setting(const Scene& scene, TargetErrors errors,
   std::optional<NextSetting> best;
   double best_cost = 0;
   const double most_seconds = std::min(seconds_left * share_of_time_left, longest * cost.total());
+  // Where nothing stands in the way samples are no help.
+  const bool sampled = !errors.at_sensors || cost.occlusion;
   const int step = !errors.at_sensors ? 1 : target > 0 ? steps_to_target : steps_in_time;
-  each_finer(scene, at, errors.at_sensors, step, [&](const SolveSetting& next, const MeshSize& counted) {
-    const MeshSize mesh = grown(cost, counted);
-    if (!again && counted.patches == cost.before.patches && counted.elements == cost.before.elements &&
-        next.samples == at.samples && next.sensor_rays == at.sensor_rays)
-      return;
-    const double seconds = predicted_seconds(cost, at, next, mesh);
-    if (seconds > most_seconds) return;
-    const TargetErrors then = predicted(errors, at, cost, next, mesh);
-    const double error = then.total();
-    const bool meets = target > 0 && error <= aim, best_meets = target > 0 && best && best->error <= aim;
-    if (!meets && error > (target > 0 ? 0.75 : 0.9) * before) return;
-    // Where none meets the target: the most for the time.
-    const double cost_of_error =
-        target > 0
-            ? error * std::pow(seconds, errors.at_sensors ? order_of_seconds_at_sensors : order_of_seconds)
-            : error;
-    const bool better = !best                 ? true
-                        : meets != best_meets ? meets
-                        : meets               ? seconds < best->seconds
-                                              : cost_of_error < best_cost;
-    if (better) best = NextSetting{next, then, error, seconds}, best_cost = cost_of_error;
-  });
+  each_finer(
+      scene, at, errors.at_sensors, sampled, step, [&](const SolveSetting& next, const MeshSize& counted) {
+        const MeshSize mesh = grown(cost, counted);
+        if (!again && counted.patches == cost.before.patches && counted.elements == cost.before.elements &&
+            next.samples == at.samples && next.sensor_rays == at.sensor_rays)
+          return;
+        const double seconds = predicted_seconds(cost, at, next, mesh);
+        if (seconds > most_seconds) return;
+        const TargetErrors then = predicted(errors, at, cost, next, mesh, target > 0 ? least_seen : 0);
+        const double error = then.total();
+        const bool meets = target > 0 && error <= aim, best_meets = target > 0 && best && best->error <= aim;
+        if (!meets && error > (target > 0 ? 0.75 : 0.9) * before) return;
+        // Where none meets the target: the most for the time.
+        const double cost_of_error =
+            target > 0 ? error * std::pow(seconds,
+                                          errors.at_sensors ? order_of_seconds_at_sensors : order_of_seconds)
+                       : error;
+        const bool better = !best                 ? true
+                            : meets != best_meets ? meets
+                            : meets               ? seconds < best->seconds
+                                                  : cost_of_error < best_cost;
+        if (better) best = NextSetting{next, then, error, seconds}, best_cost = cost_of_error;
+      });
   return best;
 }
 

@@ -24,7 +24,7 @@ using Clock = std::chrono::steady_clock;
 constexpr double ending_s = 0.05;
 constexpr int most_solves = 8;
 // Where sensors are all that is asked for, what unshot light is short of is not told apart; it takes next to no time with columns that are kept.
-constexpr double converge_at_sensors = 1e-4;
+constexpr double converge_at_sensors = 1e-5;
 // A step that brings the error down by less was in vain; so many in a row are enough.
 constexpr double worth_a_step = 0.9;
 constexpr int most_in_vain = 2;
@@ -198,15 +198,19 @@ Solution solve_to_target(Device& device, const Scene& scene, const SolveOptions&
       steps.push_back({setting.patch_edge_m, setting.element_edge_m(), setting.samples, setting.light_samples,
                        setting.sensor_rays, o.converge, errors.total(), seconds, foretold_error,
                        foretold_seconds});
-    // What was stopped is short of light, whatever its estimate says of the rest.
-    if (!best || (!stopped && errors.total() < error)) error = errors.total(), best = std::move(solution);
+    // What was stopped is short of light, whatever its estimate says of the rest. Where no target is to be met what was foretold counts as much as
+    // the estimate, below which a few points say little.
+    const double judged = sensors && foretold && !(options.target_error > 0)
+                              ? std::sqrt(errors.total() * foretold_error)
+                              : errors.total();
+    if (!best || (!stopped && judged < error)) error = errors.total(), best = std::move(solution);
     if (stopped) {
       why = "it was stopped";
       break;
     }
     if (options.target_error > 0 && error <= enough(options)) break;
     // All over, the estimate of a mesh hangs on too few points to tell.
-    in_vain = helped || !sensors ? 0 : in_vain + 1;
+    in_vain = helped || !sensors || !(options.target_error > 0) ? 0 : in_vain + 1;
     if (in_vain == most_in_vain) {
       why = "finer settings hardly helped";
       break;

@@ -44,6 +44,32 @@ TEST_F(NextSettingOf, MakesFinerWhatTheErrorIsOf) {
   EXPECT_EQ(more->setting.element_edge_m(), at.element_edge_m());
 }
 
+TEST_F(NextSettingOf, MoreSamplesTakeWhatTheirRaysTook) {
+  TargetErrors e;
+  e.visibility = 0.04;
+  SolveCost c = cost(0);
+  for (const double rays_s : {0.0, 0.1}) {
+    c.rays_s = rays_s;
+    const auto next = next_setting(scene, e, at, c, 0.025, INFINITY, longest_step);
+    ASSERT_TRUE(next);
+    EXPECT_EQ(next->setting.samples, 4 * at.samples);
+    EXPECT_EQ(next->setting.element_edge_m(), at.element_edge_m());
+    EXPECT_NEAR(next->seconds, 1 + 3 * rays_s, 1e-9);
+  }
+}
+
+TEST_F(NextSettingOf, AtSensorsNoStepIsTooLong) {
+  TargetErrors e;
+  e.at_sensors = true, e.seen = 0.2, e.sampling = 0.001;
+  const double longest = longest_of_target(true);
+  EXPECT_LT(longest, longest_of_target(false));
+  const auto next = next_setting(scene, e, at, cost(20), 0.001, INFINITY, longest);
+  ASSERT_TRUE(next);
+  EXPECT_LE(next->seconds, longest);
+  // What helps most, whether it meets the target or not: half of that time at least is made use of.
+  EXPECT_GT(next->seconds, longest / 2);
+}
+
 TEST_F(NextSettingOf, StaysInTheTimeThatIsLeftAndInTheLongestStep) {
   TargetErrors e;
   e.receiving = e.shooting = 0.05;

@@ -57,6 +57,35 @@ TEST(Target, AnErrorAtSensorsIsMet) {
   }
 }
 
+// Where nothing stands in the way a coarser mesh is enough, and samples have nothing to say.
+TEST(Target, TheFirstSolveAtSensorsIsAsFineAsTheTargetAndTheSceneAsk) {
+  const auto first_step = [](const char* file, const char* id, double target) {
+    const auto data = oracle::reference(file);
+    const auto& reference = oracle::reference_case(data, id);
+    const auto& point = reference.at("points").at(0);
+    SolveOptions o;
+    o.sensors = {{oracle::vec(point.at("point")), oracle::vec(point.at("normal"))}};
+    o.target_error = target;
+    const Scene scene = oracle::scene_of(reference.at("scene"));
+    TargetStep step = solve(target_device(), scene, o).report.target.steps.at(0);
+    const double extent = oracle::extent_of(scene);
+    step.patch_edge_m = extent / step.patch_edge_m, step.element_edge_m = extent / step.element_edge_m;
+    return step;
+  };
+  const auto box = [&](double target) { return first_step("c_boxes.json", "C-box-1", target); };
+  const auto room = [&](double target) {
+    return first_step("c_scenes_with_occlusion.json", "C-block-room-1", target);
+  };
+  EXPECT_NEAR(box(0.05).patch_edge_m, 2, 1e-9);
+  EXPECT_NEAR(box(0.05).element_edge_m, 4, 1e-9);
+  EXPECT_NEAR(box(0.003).patch_edge_m, std::sqrt(8), 1e-9);
+  EXPECT_NEAR(room(0.05).element_edge_m, 4, 1e-9);
+  EXPECT_NEAR(room(0.01).patch_edge_m, 2, 1e-9);
+  EXPECT_NEAR(room(0.01).element_edge_m, 8, 1e-9);
+  EXPECT_NEAR(room(0.003).patch_edge_m, 4, 1e-9);
+  EXPECT_EQ(room(0.05).samples, 4 * box(0.05).samples);
+}
+
 // With a patch size given, the first step says what the second will take: by its own time, not by what the device did before.
 TEST(Target, StepsAreForetoldOnADeviceThatWasUsed) {
   const auto& [scene, sensors, points] = daylit_room();
@@ -70,7 +99,7 @@ TEST(Target, StepsAreForetoldOnADeviceThatWasUsed) {
   const Solution s = solve(target_device(), scene, o);
   ASSERT_GE(s.report.target.steps.size(), 2u);
   const TargetStep &first = s.report.target.steps[0], &second = s.report.target.steps[1];
-  // A little finer is enough, and foretold as twice the first step's time; taken for slow, it was made the longest step there is, 12 times.
+  // A little finer is enough, and foretold as twice the first step's time; what the device did before is a hundred times that.
   EXPECT_LT(second.predicted_seconds, 4 * first.seconds);
 }
 
