@@ -133,7 +133,7 @@ TargetForecast foretell_target(Device& device, const Scene& scene, const SolveOp
     if (&setting != &settings.back()) continue;
     SolveSetting solved = setting;
     solved.sensor_rays = s.report.sensor_rays;
-    // All in one step, as solve_to_target() would by way of a few that take little of the time.
+    // In one step; solve_to_target() goes there by way of those that are no longer than they may be.
     const auto next =
         next_setting(scene, errors, solved, cost, enough(options), budget_of(options) - elapsed(), INFINITY);
     if (!next) break;

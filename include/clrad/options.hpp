@@ -101,8 +101,9 @@ struct SolveOptions {
   std::vector<std::string> without;
   bool error = true;  ///< estimate what the solve is off by (Report::error)
   /// Estimated relative error to reach, such as 0.01; 0: none. The scene is solved coarsely (at sensors: as fine as the target asks of a plain
-  /// room) and then finer until it is met (at sensors, where few points tell, by 10 % as long as that can be had); where rays at sensors are all that
-  /// it wants, more of them see the same solution. Mesh and samples above are where that starts, as far as mesh edges are given.
+  /// room, and finer, with four times `samples`, where something stands in the way) and then finer until it is met (at sensors, where few points
+  /// tell, by 5 % as long as that can be had); where rays at sensors are all that it wants, more of them see the same solution. Where patch edges are
+  /// given, mesh and samples above are where that starts.
   double target_error = 0;
   TargetOf target_of = TargetOf::automatic;
   /// Seconds for the whole solve; 0: no limit. The best solution that can be had in that time, or the first with which target_error ends the search.
