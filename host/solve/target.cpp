@@ -162,7 +162,7 @@ Solution solve_to_target(Device& device, const Scene& scene, const SolveOptions&
   double foretold_error = NAN, foretold_seconds = NAN;
   int in_vain = 0;
   std::string why;  // it ended before the target was met
-  double error = INFINITY, finishing = 0;
+  double error = INFINITY, best_judged = INFINITY, finishing = 0;
   for (int step = 0; step < most_solves; ++step) {
     SolveOptions o = with_setting(options, setting, budget - elapsed());
     if (step > 0) o.resume.clear();
@@ -203,7 +203,8 @@ Solution solve_to_target(Device& device, const Scene& scene, const SolveOptions&
     const double judged = sensors && foretold && !(options.target_error > 0)
                               ? std::sqrt(errors.total() * foretold_error)
                               : errors.total();
-    if (!best || (!stopped && judged < error)) error = errors.total(), best = std::move(solution);
+    if (!best || (!stopped && judged < best_judged))
+      error = errors.total(), best_judged = judged, best = std::move(solution);
     if (stopped) {
       why = "it was stopped";
       break;
